@@ -10,15 +10,28 @@ const WAY: f64 = 2.0;
 const FAR: f64 = 30.0;
 
 /// Largest number of varying factors in a product that the step rule judges by its Taylor coefficients. A
-/// product of more factors may have coefficients below rounding now and be large later in the step.
-pub(crate) const HIGH_DEGREE: usize = 12;
+/// product of more factors may have coefficients below rounding now and be large later in the step: from
+/// rest each factor begins with t², and the product of n of them with t^(2n).
+pub(crate) const HIGH_DEGREE: usize = 7;
+
+/// The way of the argument of a sine in which it, and a product of high degree in which it is a factor,
+/// change little enough to be seen by two samples `[rad]`.
+const TURN: f64 = 1.0;
 
 /// 1/s of the time s in which the exponent w of e^w, with these Taylor coefficients, moves by [`WAY`] at
 /// most, or by half of what separates it from [`FAR`].
 ///
 /// With L the allowed way it is Σ (|w_n|/L)^(1/n): then Σ |w_n| sⁿ <= L.
 pub(crate) fn steepness([w, first, second, third]: [f64; JETS]) -> f64 {
-    let way = WAY + 0.5 * (w.abs() - FAR).max(0.0);
+    reach([first, second, third], WAY + 0.5 * (w.abs() - FAR).max(0.0))
+}
+
+/// The [`steepness`] of a sine, from the Taylor coefficients of its argument.
+pub(crate) fn steepness_of_sine([_, first, second, third]: [f64; JETS]) -> f64 {
+    reach([first, second, third], TURN)
+}
+
+fn reach([first, second, third]: [f64; JETS - 1], way: f64) -> f64 {
     (first / way).abs() + (second / way).abs().sqrt() + libm::cbrt((third / way).abs())
 }
 

@@ -35,6 +35,7 @@ const CASES: [(&str, u64); 46] = [
     ("reference-of-drives", 10),
     ("reference-of-stops", 5),
     ("steep-forces", 2),
+    ("powers-from-rest", 4),
     ("closed-far-flanks", 2),
     ("closed-stiffness", 20),
     ("closed-densities", 1),

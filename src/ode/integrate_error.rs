@@ -209,8 +209,8 @@ pub enum IntegrateError {
         /// The time returned.
         edge: f64,
     },
-    /// The lower edge of a gap lies above its upper edge, or is not a number. The backlash is then negative
-    /// or not defined.
+    /// The lower edge of a gap lies above its upper edge, or one of them is not a number. The backlash is
+    /// then negative or not defined.
     #[error(
         "the gap of contact {contact} is negative or not a number at t = {t:?}: its lower edge is {lower:?}, its upper edge {upper:?}"
     )]

@@ -4,6 +4,7 @@
 use crate::api::*;
 use crate::lane_taylor::{axis, rows};
 use gear_dynamics::branches::{Continuation, Family};
+use gear_dynamics::models::Oscillator;
 use std::f64::consts::{FRAC_2_PI, TAU};
 
 /// x'' = cos φ + P e^(-((1 - cos (φ - 1))/d)²) - x - A tanh(x'/v0) - A e^(-(x/v0)²).
@@ -346,5 +347,67 @@ fn friction_by_arctan() {
         let end = short.end(&rubbing, state, state.t + rubbing.period()).unwrap();
         let off = (end.q[0] - state.q[0]).abs().max((end.v[0] - state.v[0]).abs());
         assert!(off < 1e-8, "{width}: {off:e}");
+    }
+}
+
+/// q'' = 1 - q³ from rest at 0: the series has the orders 2, 8, 14, 20, .. only, and the last two may both be 0. The energy
+/// q'²/2 - q + q⁴/4 stays 0, and q between 0 and 4^(1/3).
+#[test]
+fn series_with_gaps_from_rest() {
+    let given = [("speed", 1.0), ("cubic stiffness", 1.0), ("mean force", 1.0)];
+    let model = Oscillator::new(&given).unwrap();
+    let rest = State::at_rest(1);
+    let energy = |end: &State| 0.5 * end.v[0].powi(2) - end.q[0] + 0.25 * end.q[0].powi(4);
+    for rtol in [1e-6, 3e-7, 1e-7, 1e-8, 1e-9, 1e-10, 1e-12] {
+        let taylor = Taylor::new().rtol(rtol).atol(1e-2 * rtol);
+        let end = taylor.end(&model, &rest, 10.0).unwrap();
+        assert!(energy(&end).abs() < 100.0 * rtol, "{rtol:e}: {end:?}");
+        let found = rows(
+            &Sweep::new(axis("mean force", 1.0, 1.1, 2)).settle(0).measure(2).channels(&["q0"]),
+            &LaneTaylor::new(taylor),
+            &model,
+            &rest,
+        );
+        for row in found.iter() {
+            let q = row.channel("q0").unwrap();
+            assert!(q.min > -1e-3 && q.max < 1.7, "{rtol:e}: {q:?}");
+        }
+    }
+    for order in 4..=28 {
+        let end = Taylor::new().order(order).end(&model, &rest, 10.0).unwrap();
+        assert!(energy(&end).abs() < 1e-7, "order {order}: {end:?}");
+    }
+}
+
+/// x'' = F - c x' - A sin¹²(x): near x = 0 the force lies below rounding, and the steps are long.
+#[derive(PartialEq)]
+struct PowerOfSine(u32);
+
+impl Shape for PowerOfSine {
+    fn size(&self) -> Size {
+        Size { dof: 1, waves: 0, constants: 4, ..Size::default() }
+    }
+    fn names(&self) -> Vec<Channel> {
+        ["speed", "force", "damping", "height"].map(|name| Channel::new(name, "1")).into()
+    }
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let [force, damping, height] = u.constants();
+        let sine = q[0].sin();
+        a[0] = force - damping * v[0] - height * (1..self.0).fold(sine, |power, _| power * sine);
+    }
+}
+
+#[test]
+fn powers_of_sines_are_not_passed() {
+    for exponent in [6, 9, 12, 13, 16] {
+        let given = [("speed", 1.0), ("force", 0.3), ("damping", 0.1), ("height", 0.4)];
+        let model = Machine::of_constants(PowerOfSine(exponent), &given).unwrap();
+        let exact = Dop853::new().rtol(1e-12).atol(1e-14).end(&model, &State::at_rest(1), 12.0).unwrap();
+        for rtol in [1e-6, 1e-9, 1e-12] {
+            let end =
+                Taylor::new().rtol(rtol).atol(1e-2 * rtol).end(&model, &State::at_rest(1), 12.0).unwrap();
+            let off = (end.q[0] - exact.q[0]).abs();
+            assert!(off < 1e3 * rtol + 1e-9, "sin^{exponent}, {rtol:e}: {off:e}");
+        }
     }
 }

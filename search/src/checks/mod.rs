@@ -10,6 +10,7 @@ mod forms;
 mod infinity;
 mod noise;
 mod orbits;
+mod powers;
 mod processes;
 mod random_drives;
 mod settling;
@@ -40,6 +41,7 @@ pub fn all() -> impl Iterator<Item = &'static Check> {
         &settling::CHECKS,
         &shapes::CHECKS,
         &steep::CHECKS,
+        &powers::CHECKS,
         &stops::CHECKS,
         &symmetric::CHECKS,
         &tables::CHECKS,

@@ -99,7 +99,7 @@ impl Shape for Steep {
 }
 
 /// The end of `n` steps of the classical Runge-Kutta method of order 4.
-fn reference(f: &dyn Fn(f64, [f64; 2]) -> f64, y: [f64; 2], end: f64, n: usize) -> [f64; 2] {
+pub fn reference(f: &dyn Fn(f64, [f64; 2]) -> f64, y: [f64; 2], end: f64, n: usize) -> [f64; 2] {
     let (h, mut y) = (end / n as f64, y);
     for i in 0..n {
         let t = end * i as f64 / n as f64;
@@ -113,7 +113,8 @@ fn reference(f: &dyn Fn(f64, [f64; 2]) -> f64, y: [f64; 2], end: f64, n: usize) 
     y
 }
 
-fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
+/// The largest difference.
+pub fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).abs().max((a[1] - b[1]).abs())
 }
 

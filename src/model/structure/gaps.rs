@@ -17,7 +17,7 @@ pub(crate) fn negative_gap(model: &dyn Model, state: &State) -> Option<(usize, [
 /// The first of `contacts` whose lower edge lies above its upper one, or is not a number, with both edges.
 pub(crate) fn first_negative(contacts: &[Contact]) -> Option<(usize, [f64; 2])> {
     let negative = |(i, c): (usize, &Contact)| {
-        (c.lower > c.upper || c.lower.is_nan()).then_some((i, [c.lower, c.upper]))
+        (c.lower > c.upper || c.lower.is_nan() || c.upper.is_nan()).then_some((i, [c.lower, c.upper]))
     };
     contacts.iter().enumerate().find_map(negative)
 }

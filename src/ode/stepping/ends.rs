@@ -270,12 +270,12 @@ impl<'m, V: Vector> Ends<'m, V> {
         self.kink_rates.write(self.model, &self.pieces, times, [u, q, v], &mut self.contacts);
     }
 
-    /// Checks that no gap of the last evaluation is negative or has a lower edge that is not a number. In a
+    /// Checks that no gap of the last evaluation is negative or has an edge that is not a number. In a
     /// negative gap, the acceleration on fixed pieces and the acceleration of the model itself would differ.
     #[inline(always)]
     pub(crate) fn check_gaps(&self, t: f64) -> Result<(), IntegrateError> {
         for (contact, c) in self.contacts.iter().enumerate() {
-            if c.lower > c.upper || c.lower.is_nan() {
+            if c.lower > c.upper || c.lower.is_nan() || c.upper.is_nan() {
                 return Err(IntegrateError::NegativeGap { t, contact, lower: c.lower, upper: c.upper });
             }
         }

@@ -13,6 +13,9 @@ use crate::series::Series;
 /// A step this much shorter than one before indicates a singular point `[1]`.
 pub(crate) const COLLAPSE: f64 = 1e-6;
 
+/// A step this much longer than the one before is checked `[1]`.
+const GROWN: f64 = 1.5;
+
 /// The ends and the lengths of steps and the passage over their edges: all of a run but its series.
 pub(crate) struct Course<'m> {
     /// State, contacts and drives at both ends of the step.
@@ -26,6 +29,8 @@ pub(crate) struct Course<'m> {
     longest: f64,
     /// Limit of the next step alone, after an impact.
     limit: f64,
+    /// Whether the step begins the run or follows a crossing.
+    begins: bool,
     /// End and length of the step if no contact leaves its piece.
     aim: [f64; 2],
     /// The first exit in the step.
@@ -67,6 +72,7 @@ impl<'m> Course<'m> {
             last: 0.0,
             longest: 0.0,
             limit: f64::INFINITY,
+            begins: true,
             aim: [0.0; 2],
             found: Found::Nothing,
             strikes: false,
@@ -87,6 +93,12 @@ impl<'m> Course<'m> {
     /// Whether the time advances by a step of this length.
     pub(crate) fn advances(&self, h: f64) -> bool {
         h > RESOLUTION * self.e.t.abs()
+    }
+    /// Whether the last terms of the series, which allow a step of the length `full`, may miss others: the
+    /// motion begins anew, or the step is much longer than the one before. From rest, the series of a power
+    /// of the motion has terms of some orders only.
+    pub(crate) fn may_miss(&self, full: f64) -> bool {
+        self.begins || full > GROWN * self.last
     }
     /// Whether steps have become so short that the motion tends to a singular point.
     pub(crate) fn has_shrunk(&self, h: f64) -> bool {
@@ -187,6 +199,7 @@ impl<'m> Course<'m> {
         e.move_on();
         passage.locator.advance();
         self.limit = f64::INFINITY;
+        self.begins = !passage.crossings.is_empty();
         if passage.crossings.is_empty() && !at_edge {
             return Ok(false);
         }

@@ -27,6 +27,8 @@ pub(crate) struct Checked<'s> {
     pub(crate) rtol: f64,
     /// Absolute tolerance of each coordinate and velocity.
     pub(crate) atol: &'s [f64],
+    /// Whether functions of the tape or of the drives may be steep.
+    pub(crate) is_steep: bool,
 }
 
 /// The defect of a motion x(s) in a step: x'' - a(u, x, x'), at instants that no function on the tape or in a
@@ -100,7 +102,8 @@ impl Defect {
         self.c.set_pieces(step.pieces);
         let mut h = step.h;
         motion.state(0.0, &mut self.start);
-        let first = self.look(step.t, 0.0, expanded, motion);
+        let orders = if step.is_steep { JETS } else { 1 };
+        let first = self.look(step.t, 0.0, orders, expanded, motion);
         for ((per, atol), i) in self.per.iter_mut().zip(step.atol).zip(0..) {
             let n = self.held.len();
             let rate = if i < n { self.c.q(1)[i] } else { self.c.v(1)[i - n] };
@@ -115,16 +118,16 @@ impl Defect {
             let failed = (0..INSTANTS).find_map(|_| {
                 let apart = if steepness.is_finite() { 1.0 / steepness } else { h / INSTANTS as f64 };
                 let next = (s + apart.min(0.5 * h)).min(end);
-                steepness = self.look(step.t, next, expanded, motion);
-                let mut rate = self.rate(h, step.rtol, motion, next, false);
+                steepness = self.look(step.t, next, orders, expanded, motion);
+                let mut rate = self.rate(h, step, motion, next, false);
                 let weight = |s: f64, apart: f64| match s > LATE * h {
                     true => (0.5 * apart).min(h / (motion.degree() + 1) as f64),
                     false => 0.5 * apart,
                 };
                 let added = |rate: f64| weight(s, next - s) * before + weight(next, next - s) * rate;
                 if exceeds(sum + added(rate)) {
-                    self.shake();
-                    rate = self.rate(h, step.rtol, motion, next, true);
+                    self.shake(step.t + next);
+                    rate = self.rate(h, step, motion, next, true);
                 }
                 sum += added(rate);
                 if exceeds(sum) {
@@ -142,26 +145,40 @@ impl Defect {
         }
     }
 
-    /// Expands the motion at the time `s` of the step. Returns how steep functions are there `[1/s]`.
-    fn look(&mut self, t: f64, s: f64, expanded: &dyn Expand, motion: &impl MotionPolynomials) -> f64 {
+    /// Expands the motion at the time `s` of the step to `orders`. Returns how steep functions are there, if
+    /// there are orders enough to tell `[1/s]`.
+    fn look(
+        &mut self,
+        t: f64,
+        s: f64,
+        orders: usize,
+        expanded: &dyn Expand,
+        motion: &impl MotionPolynomials,
+    ) -> f64 {
         motion.state(s, &mut self.y);
         motion.acceleration(s, &mut self.held);
-        expanded.drive_series(t + s, JETS + 1, &mut self.series);
-        self.c.expand(&self.y, &self.series, JETS, false);
-        self.evaluations += JETS as u64;
+        expanded.drive_series(t + s, orders + 1, &mut self.series);
+        self.c.expand(&self.y, &self.series, orders, false);
+        self.evaluations += orders as u64;
+        if orders < JETS {
+            return 0.0;
+        }
         let of_drives = self.c.plan.drives.iter().map(|(drive, _)| self.series[*drive].steepness());
         of_drives.fold(if self.of_tape { self.c.steepness() } else { 0.0 }, f64::max)
     }
 
     /// How fast the defect at the instant changes coordinates, velocities and distances, in tolerances
     /// `[1/s]`, beyond what rounding explains.
-    fn rate(&self, h: f64, rtol: f64, motion: &impl MotionPolynomials, s: f64, noisy: bool) -> f64 {
+    fn rate(&self, h: f64, step: &Checked<'_>, motion: &impl MotionPolynomials, s: f64, noisy: bool) -> f64 {
         let n = self.held.len();
         let noise = |i: usize| if noisy { SAFETY * self.noise[i] } else { 0.0 };
         let mut rate: f64 = 0.0;
         let mut take = |x: f64| rate = if x > rate || x.is_nan() { x } else { rate };
         for (i, (a, held)) in self.c.v(1).iter().zip(&self.held).enumerate() {
             take(((a - held).abs() - noise(i)) * self.per[n + i].max(h * self.per[i]));
+        }
+        if !step.is_steep {
+            return rate; // the last terms of distances show what their drives do
         }
         let actual = self.c.distances(0);
         let distance = |edge: &EdgeColumn| edge.sign * actual[edge.column];
@@ -172,7 +189,7 @@ impl Defect {
                     .fold(0.0, |sum, k| sum * s + motion.coefficient(k, edge.column));
             let opposite = self.c.plan.edges.iter().find(|other| other.is_opposite(own));
             let gap = opposite.map_or(0.0, |other| distance(own) + distance(other));
-            let size = rtol.max(FINEST) * gap.max(distance(own).abs() + held.abs());
+            let size = step.rtol.max(FINEST) * gap.max(distance(own).abs() + held.abs());
             let off = (distance(own) - held).abs() - noise(n + i);
             if off > 0.0 && size > f64::MIN_POSITIVE {
                 take(off / (size * h));
@@ -181,8 +198,9 @@ impl Defect {
         rate
     }
 
-    /// Estimates what rounding changes at the instant, from numbers that differ by a few roundings.
-    fn shake(&mut self) {
+    /// Estimates what rounding changes at the instant `t`, from numbers that differ by a few roundings, and
+    /// drives at times that do.
+    fn shake(&mut self, t: f64) {
         let n = self.held.len();
         let by = |i: usize| if i.is_multiple_of(2) { SHAKE } else { -SHAKE };
         self.noise[..n].copy_from_slice(self.c.v(1));
@@ -191,7 +209,8 @@ impl Defect {
         }
         self.y.iter_mut().enumerate().for_each(|(i, y)| *y *= 1.0 + by(i));
         for (i, series) in self.series.iter_mut().enumerate() {
-            *series = series.moved_to(series.first() * (1.0 + by(i)));
+            let rate = series.coefficients().get(1).copied().unwrap_or(0.0);
+            *series = series.moved_to(series.first() + by(i) * (series.first() + t * rate));
         }
         self.c.expand(&self.y, &self.series, JETS, false);
         self.noise[..n].iter_mut().zip(self.c.v(1)).for_each(|(noise, a)| *noise = (*noise - a).abs());

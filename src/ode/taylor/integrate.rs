@@ -29,7 +29,8 @@ pub(crate) struct Prepared {
     needed: Vec<bool>,
     /// Whether the distances of each contact read velocities.
     by_velocities: Vec<bool>,
-    /// The check of steps; `None` while neither tape nor drives have a function that a step may pass unseen.
+    /// Whether the tape has a function that a step may pass unseen, and the check of steps, once made.
+    hides: bool,
     defect: Option<Defect>,
 }
 
@@ -78,10 +79,8 @@ impl Prepared {
         let c = Coefficients::new(&tape, |d| !moving[d]);
         valid_until(&series, &c.plan.drives)?;
         let hides = may_hide(&tape);
-        let checked = hides || are_steep(&series, &c.plan.drives);
-        let defect = checked.then(|| Defect::new(&tape, hides));
         let by_velocities = tape.contacts_of_velocities();
-        Ok(Prepared { c, series, tape, moving, needed, by_velocities, defect })
+        Ok(Prepared { c, series, tape, moving, needed, by_velocities, hides, defect: None })
     }
 
     /// Plans anew because a drive varies that did not vary before.
@@ -249,7 +248,7 @@ impl<'r> TaylorRun<'r> {
             return Ok(Made::Again);
         };
         let mut full = full;
-        let solved = self.solved_until(h);
+        let solved = self.solved_until(h, full);
         if solved < h {
             if !self.course.advances(solved) {
                 return Err(self.shrunk(solved));
@@ -264,18 +263,17 @@ impl<'r> TaylorRun<'r> {
         Ok(Made::Step { at_edge: self.course.cross(full)?, full })
     }
 
-    /// The time in the step of length `h` up to which its polynomials solve the equation.
-    fn solved_until(&mut self, h: f64) -> f64 {
-        let Prepared { c, series, tape, defect, .. } = &mut *self.prepared;
-        if defect.is_none() && are_steep(series, &c.plan.drives) {
-            *defect = Some(Defect::new(tape, false));
-        }
-        let (Some(defect), false) = (defect, c.frozen) else { return h };
-        if !defect.of_tape && !are_steep(series, &c.plan.drives) {
+    /// The time in the step of length `h` up to which its polynomials solve the equation. `full`: the length
+    /// that the tolerances allow.
+    fn solved_until(&mut self, h: f64, full: f64) -> f64 {
+        let Prepared { c, series, tape, hides, defect, .. } = &mut *self.prepared;
+        let is_steep = *hides || are_steep(series, &c.plan.drives);
+        if c.frozen || !(is_steep || self.course.may_miss(full)) {
             return h;
         }
+        let defect = defect.get_or_insert_with(|| Defect::new(tape, *hides));
         let e = &self.course.e;
-        let step = Checked { t: e.t, h, pieces: &e.pieces, rtol: self.rtol, atol: &self.atol };
+        let step = Checked { t: e.t, h, pieces: &e.pieces, rtol: self.rtol, atol: &self.atol, is_steep };
         let solved = defect.length(&step, self.expanded, &*c);
         self.course.passage.stats.evaluations += std::mem::take(&mut defect.evaluations);
         solved

@@ -63,7 +63,7 @@ pub(crate) struct Crew<'p, 'm, T: Task<'m>> {
     edges: Vec<EdgeColumn>,
     singular: Option<&'static str>,
     numbers: Numbers<'p>,
-    /// The check of steps; `None` if neither algebra nor waves have a function that a step may pass unseen.
+    /// The check of steps.
     defect: Option<Defect>,
     runs: [Option<Box<Run<'m, T>>>; W],
     /// How a run ended, until its lane is filled again.
@@ -101,7 +101,7 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
                 ends: vec![zero; 2 * program.dof],
             },
             edges,
-            defect: (hides || waves.is_none()).then(|| Defect::new(&program.tape, hides)),
+            defect: Some(Defect::new(&program.tape, hides)),
             runs: std::array::from_fn(|_| None),
             outcomes: std::array::from_fn(|_| None),
             turns: [LaneTurn::Out; W],
@@ -208,9 +208,10 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
         let Some(mut defect) = self.defect.take() else { return Ok(h) };
         let Run { lane, task, .. } = run;
         let mut solved = h;
-        if defect.of_tape || are_steep(&lane.series, &self.numbers.program.waves) {
+        let is_steep = defect.of_tape || are_steep(&lane.series, &self.numbers.program.waves);
+        if is_steep || lane.course.may_miss(self.numbers.full[place]) {
             let (e, rtol) = (&lane.course.e, self.taylor.tolerances.rtol);
-            let step = Checked { t: e.t, h, pieces: &e.pieces, rtol, atol: task.tolerances() };
+            let step = Checked { t: e.t, h, pieces: &e.pieces, rtol, atol: task.tolerances(), is_steep };
             solved = defect.length(&step, lane.expanded, &self.view(place));
         }
         self.defect = Some(defect);

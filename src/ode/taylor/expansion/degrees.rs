@@ -4,7 +4,7 @@ use crate::steepness::HIGH_DEGREE;
 use crate::tape::operations::{Op, Tape};
 
 /// For each slot an upper bound of the number of coordinates, velocities and drives that are multiplied in
-/// it.
+/// it. A sine or cosine counts twice: beside its extremes it is as flat as a square.
 fn degrees(tape: &Tape) -> Vec<usize> {
     let mut degrees = vec![1; tape.inputs()];
     let degree_of = |form: usize, degrees: &[usize]| {
@@ -14,6 +14,8 @@ fn degrees(tape: &Tape) -> Vec<usize> {
         let operands = op.operands().into_iter().map(|form| degree_of(form, &degrees));
         let degree = match op {
             Op::Product(..) => operands.fold(0, usize::saturating_add),
+            Op::SinCos(_) => operands.fold(1, usize::max).saturating_mul(2),
+            Op::Cos => degrees.last().copied().unwrap_or(0),
             _ => operands.max().unwrap_or(0),
         };
         degrees.push(degree);

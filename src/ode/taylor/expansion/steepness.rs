@@ -3,14 +3,16 @@
 use crate::ode::taylor::expansion::coefficients::Coefficients;
 use crate::ode::taylor::expansion::functions::Function;
 use crate::ode::taylor::expansion::rows::EIGHT;
-use crate::steepness::{JETS, logarithm, steepness, steepness_of_product};
+use crate::steepness::{JETS, logarithm, steepness, steepness_of_product, steepness_of_sine};
 
 impl Coefficients {
     /// The largest [`steepness`] of the active functions, from their arguments of the first orders `[1/s]`. A
-    /// sine is 0: its coefficients are as large as those of its argument.
+    /// sine counts if there is a product of high degree, whose factor it may be. Elsewhere its coefficients
+    /// are as large as those of its argument.
     pub(crate) fn steepness(&self) -> f64 {
         let (x, stride) = (self.x.as_flattened(), EIGHT * self.plan.width);
         let jets = |column: u32| -> [f64; JETS] { std::array::from_fn(|n| x[n * stride + column as usize]) };
+        let is_high = !self.plan.high_products.is_empty();
         let power = |column: u32, p: f64| logarithm(jets(column)).map(|w| p * w);
         let all = self.plan.functions().map(|function| match function.function {
             Function::Exp(a) => steepness(jets(a)),
@@ -18,6 +20,7 @@ impl Coefficients {
             Function::Ln(a) => steepness(power(a, 1.0)),
             Function::Sqrt(a) => steepness(power(a, 0.5)),
             Function::Power(a, p, _) => steepness(power(a, p)),
+            Function::SinCos(a) if is_high => steepness_of_sine(jets(a)),
             Function::SinCos(_) => 0.0,
         });
         let products = self.plan.high_products.iter().map(|&column| steepness_of_product(jets(column)));
