@@ -11,7 +11,7 @@ use crate::ode::stepping::control::RESOLUTION;
 use crate::ode::taylor::course::{COLLAPSE, Course, are_steep, valid_until};
 use crate::ode::taylor::defect::{Checked, Defect};
 use crate::ode::taylor::expansion::coefficients::Coefficients;
-use crate::ode::taylor::expansion::degrees::may_hide;
+use crate::ode::taylor::expansion::degrees::{may_have_gaps, may_hide};
 use crate::ode::taylor::pace::SeriesPace;
 use crate::ode::taylor::polynomials::Polynomials;
 use crate::ode::taylor::settings::Taylor;
@@ -29,8 +29,10 @@ pub(crate) struct Prepared {
     needed: Vec<bool>,
     /// Whether the distances of each contact read velocities.
     by_velocities: Vec<bool>,
-    /// Whether the tape has a function that a step may pass unseen, and the check of steps, once made.
+    /// Whether the tape has a function that a step may pass unseen, whether its series may have gaps, and the
+    /// check of steps, once made.
     hides: bool,
+    has_gaps: bool,
     defect: Option<Defect>,
 }
 
@@ -80,7 +82,8 @@ impl Prepared {
         valid_until(&series, &c.plan.drives)?;
         let hides = may_hide(&tape);
         let by_velocities = tape.contacts_of_velocities();
-        Ok(Prepared { c, series, tape, moving, needed, by_velocities, hides, defect: None })
+        let has_gaps = may_have_gaps(&tape);
+        Ok(Prepared { c, series, tape, moving, needed, by_velocities, hides, has_gaps, defect: None })
     }
 
     /// Plans anew because a drive varies that did not vary before.
@@ -266,9 +269,9 @@ impl<'r> TaylorRun<'r> {
     /// The time in the step of length `h` up to which its polynomials solve the equation. `full`: the length
     /// that the tolerances allow.
     fn solved_until(&mut self, h: f64, full: f64) -> f64 {
-        let Prepared { c, series, tape, hides, defect, .. } = &mut *self.prepared;
+        let Prepared { c, series, tape, hides, has_gaps, defect, .. } = &mut *self.prepared;
         let is_steep = *hides || are_steep(series, &c.plan.drives);
-        if c.frozen || !(is_steep || self.course.may_miss(full)) {
+        if c.frozen || !(is_steep || *has_gaps && self.course.may_miss(full)) {
             return h;
         }
         let defect = defect.get_or_insert_with(|| Defect::new(tape, *hides));

@@ -4,7 +4,7 @@ use crate::model::shapes::waves::fourier_waves::FourierWaves;
 use crate::model::shapes::waves::waves_of_lanes::Turns;
 use crate::ode::taylor::course::are_steep;
 use crate::ode::taylor::defect::{Checked, Defect};
-use crate::ode::taylor::expansion::degrees::may_hide;
+use crate::ode::taylor::expansion::degrees::{may_have_gaps, may_hide};
 use crate::ode::taylor::expansion::plan::EdgeColumn;
 use crate::ode::{IntegrateError, Taylor};
 use crate::sweep::lanes::instructions::InstructionSet;
@@ -63,8 +63,10 @@ pub(crate) struct Crew<'p, 'm, T: Task<'m>> {
     edges: Vec<EdgeColumn>,
     singular: Option<&'static str>,
     numbers: Numbers<'p>,
-    /// The check of steps.
+    /// The check of steps; `None` if neither algebra nor waves have a function that a step may pass unseen,
+    /// and no series has gaps.
     defect: Option<Defect>,
+    has_gaps: bool,
     runs: [Option<Box<Run<'m, T>>>; W],
     /// How a run ended, until its lane is filled again.
     outcomes: [Option<Result<(), T::Error>>; W],
@@ -81,7 +83,7 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
         degree: usize,
     ) -> Self {
         let (zeros, zero, edges) = ([0.0; W], Lanes::from(0.0), program.edges());
-        let hides = may_hide(&program.tape);
+        let (hides, has_gaps) = (may_hide(&program.tape), may_have_gaps(&program.tape));
         Crew {
             taylor,
             set,
@@ -101,7 +103,8 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
                 ends: vec![zero; 2 * program.dof],
             },
             edges,
-            defect: Some(Defect::new(&program.tape, hides)),
+            defect: (hides || has_gaps || waves.is_none()).then(|| Defect::new(&program.tape, hides)),
+            has_gaps,
             runs: std::array::from_fn(|_| None),
             outcomes: std::array::from_fn(|_| None),
             turns: [LaneTurn::Out; W],
@@ -209,7 +212,7 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
         let Run { lane, task, .. } = run;
         let mut solved = h;
         let is_steep = defect.of_tape || are_steep(&lane.series, &self.numbers.program.waves);
-        if is_steep || lane.course.may_miss(self.numbers.full[place]) {
+        if is_steep || self.has_gaps && lane.course.may_miss(self.numbers.full[place]) {
             let (e, rtol) = (&lane.course.e, self.taylor.tolerances.rtol);
             let step = Checked { t: e.t, h, pieces: &e.pieces, rtol, atol: task.tolerances(), is_steep };
             solved = defect.length(&step, lane.expanded, &self.view(place));
