@@ -1,7 +1,7 @@
 //! Powers of a coordinate, of sines and of flat bases by Taylor series, from rest and from elsewhere, against an
 //! integrator of its own: their series have gaps, and last terms that hide what comes later.
 
-use crate::checks::steep::{apart, reference};
+use crate::checks::steep::{Reference, apart};
 use crate::draw::Draw;
 use crate::{Check, Outcome};
 use gear_dynamics::contact::PieceChoice;
@@ -101,22 +101,10 @@ fn powers(draw: &mut Draw) -> Outcome {
         mean + force * (speed * t).cos() - damping * v - stiffness * x - power * shape.at(x / width)
     };
     let end = 2.0 * std::f64::consts::TAU / values[0];
-    let mut n = 4096;
-    let [mut coarse, mut exact] = [n, 2 * n].map(|n| reference(&f, start, end, n));
-    while apart(coarse, exact) > 1e-10 && n < 1 << 19 {
-        n *= 2;
-        (coarse, exact) = (exact, reference(&f, start, end, 2 * n));
-    }
-    let open = apart(coarse, exact);
-    if open.is_nan() || open > 1e-8 {
-        return Outcome::Skipped("the reference does not converge");
-    }
-    let grown =
-        |by: [f64; 2]| apart(reference(&f, [start[0] + by[0], start[1] + by[1]], end, n), exact) / 1e-7;
-    let growth = grown([1e-7, 0.0]).max(grown([0.0, 1e-7])).max(1.0);
-    if growth > 1e3 {
-        return Outcome::Skipped("the motion is sensitive");
-    }
+    let Reference { exact, open, growth, .. } = match Reference::of(&f, start, end) {
+        Ok(reference) => reference,
+        Err(skipped) => return skipped,
+    };
     let size = exact[0].abs().max(exact[1].abs()).max(1.0);
     let machine = match Machine::of_constants(shape, &constants) {
         Ok(machine) => machine,

@@ -98,8 +98,43 @@ impl Shape for Steep {
     }
 }
 
+/// A motion by steps that are halved until its end no longer changes.
+pub struct Reference {
+    /// Its end.
+    pub exact: [f64; 2],
+    /// The last change of the end.
+    pub open: f64,
+    /// How much a small difference of the start grows, at least 1: an error enters in both directions, at every step.
+    pub growth: f64,
+    /// Number of steps.
+    pub n: usize,
+}
+
+impl Reference {
+    /// The motion of q'' = f(t, [q, q']) from `start` to the time `end`, or why it is skipped.
+    pub fn of(f: &dyn Fn(f64, [f64; 2]) -> f64, start: [f64; 2], end: f64) -> Result<Self, Outcome> {
+        let mut n = 4096;
+        let [mut coarse, mut exact] = [n, 2 * n].map(|n| reference(f, start, end, n));
+        while apart(coarse, exact) > 1e-10 && n < 1 << 20 {
+            n *= 2;
+            (coarse, exact) = (exact, reference(f, start, end, 2 * n));
+        }
+        let open = apart(coarse, exact);
+        if open.is_nan() || open > 1e-8 {
+            return Err(Outcome::Skipped("the reference does not converge"));
+        }
+        let grown =
+            |by: [f64; 2]| apart(reference(f, [start[0] + by[0], start[1] + by[1]], end, n), exact) / 1e-7;
+        let growth = grown([1e-7, 0.0]).max(grown([0.0, 1e-7])).max(1.0);
+        if growth > 1e3 {
+            return Err(Outcome::Skipped("the motion is sensitive"));
+        }
+        Ok(Reference { exact, open, growth, n })
+    }
+}
+
 /// The end of `n` steps of the classical Runge-Kutta method of order 4.
-pub fn reference(f: &dyn Fn(f64, [f64; 2]) -> f64, y: [f64; 2], end: f64, n: usize) -> [f64; 2] {
+fn reference(f: &dyn Fn(f64, [f64; 2]) -> f64, y: [f64; 2], end: f64, n: usize) -> [f64; 2] {
     let (h, mut y) = (end / n as f64, y);
     for i in 0..n {
         let t = end * i as f64 / n as f64;
@@ -157,25 +192,10 @@ fn steep(draw: &mut Draw) -> Outcome {
             - force * own.force.at((y - place) / width)
     };
     let end = 2.0 * std::f64::consts::TAU / values[0];
-    let mut n = 4096;
-    let [mut coarse, mut exact] = [n, 2 * n].map(|n| reference(&f, start, end, n));
-    while apart(coarse, exact) > 1e-10 && n < 1 << 20 {
-        n *= 2;
-        (coarse, exact) = (exact, reference(&f, start, end, 2 * n));
-    }
-    let open = apart(coarse, exact);
-    if open.is_nan() || open > 1e-8 {
-        return Outcome::Skipped("the reference does not converge");
-    }
-    // An error enters in both directions, at every step.
-    let grown = |by: [f64; 2]| {
-        let moved = reference(&f, [start[0] + by[0], start[1] + by[1]], end, n);
-        apart(moved, exact) / 1e-7
+    let Reference { exact, open, growth, n } = match Reference::of(&f, start, end) {
+        Ok(reference) => reference,
+        Err(skipped) => return skipped,
     };
-    let growth = grown([1e-7, 0.0]).max(grown([0.0, 1e-7])).max(1.0);
-    if growth > 1e3 {
-        return Outcome::Skipped("the motion is sensitive");
-    }
     let size = exact[0].abs().max(exact[1].abs()).max(1.0);
     let machine = match Machine::of_constants(shape, &constants) {
         Ok(machine) => machine,
