@@ -808,3 +808,39 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn constants_given_twice_are_refused() {
+    let pair = gear_dynamics::models::Oscillator::new(&[("speed", 1.0)]).unwrap();
+    let error = pair.with_all(&[("speed", 1.1), ("force", 0.2), ("speed", 1.2)]).unwrap_err();
+    assert!(matches!(&error, ParameterError::Twice { name } if name == "speed"), "{error}");
+    assert_eq!(pair.with_all(&[("speed", 1.1), ("force", 0.2)]).unwrap().constant("speed").unwrap(), 1.1);
+}
+
+/// A contact whose upper edge is not a number has no gap.
+#[test]
+fn an_upper_edge_that_is_not_a_number_is_refused() {
+    struct NoUpperEdge;
+    impl Model for NoUpperEdge {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            a[0] = 0.1 - v[0] - q[0];
+        }
+        fn contacts(&self) -> usize {
+            1
+        }
+        fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+            out[0] =
+                Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: f64::NAN, ..Contact::default() };
+        }
+    }
+    for solver in [&Dop853::new() as &dyn Integrator, &Rk4::new(0.01).plain(), &Rk4::new(0.01)] {
+        let error = solver.end(&NoUpperEdge, &State::at_rest(1), 1.0).unwrap_err();
+        assert!(
+            matches!(error, IntegrateError::NegativeGap { contact: 0, upper, .. } if upper.is_nan()),
+            "{error}"
+        );
+    }
+}

@@ -105,8 +105,11 @@ impl<G> Machine<G> {
     /// [`with`](Machine::with) for several constants, which are checked together.
     ///
     /// # Errors
-    /// As there.
+    /// As there; [`ParameterError::Twice`] for a name that is given twice.
     pub fn with_all(&self, values: &[(&str, f64)]) -> Result<Self, ParameterError> {
+        if let Some(twice) = (1..values.len()).find(|&i| values[..i].iter().any(|(n, _)| *n == values[i].0)) {
+            return Err(ParameterError::Twice { name: values[twice].0.into() });
+        }
         let indices = values.iter().map(|(name, value)| Ok((self.code.index(name)?, *value)));
         self.with_indexed(&indices.collect::<Result<Vec<_>, _>>()?)
     }
