@@ -9,9 +9,10 @@ const WAY: f64 = 2.0;
 /// Beyond ±FAR e^w is negligible beside 1, or 1 beside it: half of the way back is left out.
 const FAR: f64 = 30.0;
 
-/// Largest number of varying factors in a product that the step rule judges by its Taylor coefficients. A
-/// product of more factors may have coefficients below rounding now and be large later in the step: from
-/// rest each factor begins with t², and the product of n of them with t^(2n).
+/// Largest number of varying factors in a product that the step rule judges by its Taylor coefficients. The
+/// coefficients of a product of more factors may be below rounding at the start of a step, although the
+/// product is large later in the step. Example: from rest each factor begins with t², and a product of n
+/// factors begins with t^(2n).
 pub(crate) const HIGH_DEGREE: usize = 7;
 
 /// The way of the argument of a sine in which it, and a product of high degree in which it is a factor,
@@ -26,7 +27,8 @@ pub(crate) fn steepness([w, first, second, third]: [f64; JETS]) -> f64 {
     reach([first, second, third], WAY + 0.5 * (w.abs() - FAR).max(0.0))
 }
 
-/// The [`steepness`] of a sine, from the Taylor coefficients of its argument.
+/// The rate at which a sine changes its value: 1/s of the time s in which its argument moves by [`TURN`] at
+/// most. The argument is given by its Taylor coefficients.
 pub(crate) fn steepness_of_sine([_, first, second, third]: [f64; JETS]) -> f64 {
     reach([first, second, third], TURN)
 }

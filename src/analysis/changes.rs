@@ -28,9 +28,11 @@ pub(crate) fn shrinks(changes: &[f64]) -> bool {
 
 /// The mean factor from one change to the next one: from the largest of the last four to the largest of the
 /// four before, or of the last eight of which it is below 1, since changes that are made of rounding errors
-/// shrink and grow. Of a transient that beats, single changes are small by chance; the largest are not. A
-/// transient that turns slowly shrinks faster than it decays for several changes, then more slowly: the
-/// factor is not below that over the last 24 changes, by their last and first eight.
+/// shrink and grow. Of a transient that beats, single changes are small by chance; the largest are not.
+///
+/// The factor is at least the mean factor over the last 24 changes: from the largest of the first eight to
+/// the largest of the last eight. A transient that turns slowly from period to period shrinks faster than it
+/// decays for some periods.
 pub(crate) fn contraction(changes: &[f64]) -> f64 {
     let largest = |changes: &[f64]| changes.iter().copied().fold(0.0, f64::max);
     let window = RECENT.min(changes.len() / 2).max(1);

@@ -257,8 +257,8 @@ pub struct Steady {
     /// The factor μ by which the difference shrank from one period of the orbit to the next `[1]`: from the
     /// largest of the last four to the largest of the four before, as a mean over four periods, or over the
     /// last eight between which it shrank. Differences that are made of rounding errors shrink and grow. The
-    /// factor is at least the mean over the last 24 differences: a transient that turns slowly shrinks faster
-    /// for some of them. NaN where the state did not change at all.
+    /// factor is at least the mean factor over the last 24 differences, because a transient that turns slowly
+    /// from period to period shrinks faster in some periods. NaN where the state did not change at all.
     pub contraction: f64,
     /// The largest of the last four differences, each times its decay since.
     envelope: f64,

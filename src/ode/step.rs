@@ -210,7 +210,7 @@ impl<A: Observer + ?Sized, B: Observer + ?Sized, C: Observer + ?Sized> Observer 
     }
 }
 
-/// Any number of observers of one run: all receive every step, and each can stop the run.
+/// Several observers of one run. Each one receives every step, and each one can stop the run.
 impl<O: Observer + ?Sized> Observer for &mut [&mut O] {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         let mut flow = ControlFlow::Continue(());

@@ -5,10 +5,12 @@ const SHARE: f64 = 0.1;
 
 /// The units of coordinates and velocities on a line of orbits.
 ///
-/// The unit of a component is its range of motion. Where the range of one component vanishes and others
-/// stay, as the difference of two equal members does towards an orbit with equal motions, a unit that
-/// vanishes with it would put that orbit at an infinite arclength: the unit of component k is at least
-/// 0.1 w_k max_j r_j/w_j, with the ranges r and the widest ranges w so far.
+/// The unit of component k is its range of motion r_k, but at least 0.1 w_k max_j r_j/w_j. w_k is the widest
+/// range of the component so far.
+///
+/// The least unit serves branches that meet an orbit with equal motions of equal members. The range of the
+/// difference of two members tends to 0 there. A unit that also tends to 0 would put this orbit at an
+/// infinite arclength.
 #[derive(Clone, Debug)]
 pub(crate) struct Widths {
     units: Vec<f64>,

@@ -270,17 +270,17 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         match located {
             Err(CurveError::Exhausted(exhausted)) => Err(exhausted.into()),
             Ok(Some((point, turns))) => {
+                let multipliers = self.engine.curve.multipliers(&point);
                 let is_pair = |m: &Multipliers| change != Change::NeimarkSacker || is_torus(m);
-                if !self.engine.curve.multipliers(&point).as_ref().is_none_or(is_pair) {
+                if !multipliers.as_ref().is_none_or(is_pair) {
                     return Ok(Zero::Saddle);
                 }
                 let sigma = self.engine.distance(self.between.start(), &point);
                 // Two searches of one part may find one point. Where one multiplier rises through 1 and
                 // another one falls, the determinant has a double zero.
-                let at_one = |point| self.engine.curve.multipliers(point).as_ref().map_or(0, at_one);
                 let nearer = match change {
                     Change::NeimarkSacker | Change::PeriodDoubling => SAME_PLACE,
-                    Change::Branch if at_one(&point) > 1 => ASIDE,
+                    Change::Branch if multipliers.as_ref().map_or(0, at_one) > 1 => ASIDE,
                     _ => 0.0,
                 };
                 let same = |(at, _, other): &(f64, _, Change)| {

@@ -29,7 +29,7 @@ pub(crate) struct Course<'m> {
     longest: f64,
     /// Limit of the next step alone, after an impact.
     limit: f64,
-    /// Whether the step begins the run or follows a crossing.
+    /// Whether the step is the first of the run or the first after a crossing.
     begins: bool,
     /// End and length of the step if no contact leaves its piece.
     aim: [f64; 2],

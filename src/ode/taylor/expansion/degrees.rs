@@ -45,9 +45,9 @@ pub(crate) fn may_hide(tape: &Tape) -> bool {
     })
 }
 
-/// Whether the series of a motion may have terms of some orders only, so that the last two vanish: its tape
-/// is not linear in coordinates and velocities. That of a linear equation with constant drives has at least
-/// every second order.
+/// Whether the Taylor series of a motion may lack several orders in a row, so that its last two terms are 0.
+/// This holds for equations that are not linear in coordinates and velocities. The series of a linear
+/// equation with constant drives has at least every second order.
 pub(crate) fn may_have_gaps(tape: &Tape) -> bool {
     degrees(tape, 0).iter().zip(tape.needed()).any(|(degree, needed)| needed && *degree > 1)
 }
