@@ -96,6 +96,17 @@ pub enum ParameterError {
         /// Length given.
         found: usize,
     },
+    /// An observer was made for a model of another shape than that of the run.
+    #[error(
+        "an observer of a model with {} coordinates and {} contacts cannot follow one with {} coordinates and {} \
+         contacts: make the observer of the model of the run", .own[0], .own[1], .other[0], .other[1]
+    )]
+    OtherModel {
+        /// Coordinates and contacts of the model of the observer.
+        own: [usize; 2],
+        /// Coordinates and contacts of the model of the run.
+        other: [usize; 2],
+    },
     /// A body that a machine does not name, or that does not turn evenly.
     #[error("the machine names no body \"{body}\" that turns evenly; there are: {known}")]
     NoSuchBody {

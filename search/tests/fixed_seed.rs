@@ -111,6 +111,7 @@ fn cases_that_failed_agree() {
         (20262381, "closed-wound-chains", 415),
         (20262381, "symmetric-methods", 196),
         (20262382, "reference-of-forms", 290),
+        (20262391, "short-steps-of-pairs", 296),
         (7771, "short-steps-of-pairs", 159),
         (7771, "short-steps-of-pairs", 1737),
         (7771, "short-steps-of-pairs", 4681),

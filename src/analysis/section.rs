@@ -156,16 +156,15 @@ impl<'m> Section<'m> {
         let grid = on_grid(&values);
         let time =
             |k: usize| if k == CELLS { end } else { from.0 + (end - from.0) * (k as f64 / CELLS as f64) };
-        if halvings > 0 {
-            // Of a channel that swings many times the difference may be small by chance.
-            let mut is_off = |k: usize| (self.height(step, time(k)) - grid[k]).abs() > OFF * range;
-            let swings = sixth(values).abs() > SWING * range || CONTROLS.into_iter().any(&mut is_off);
-            if swings && self.probe.resolves(step, middle, (self.channel, range), &mut self.y) {
-                let middle = self.scan(step, from, middle, halvings - 1);
-                return self.scan(step, middle, end, halvings - 1);
-            }
+        // Of a channel that swings many times the difference may be small by chance.
+        let mut is_off = |k: usize| (self.height(step, time(k)) - grid[k]).abs() > OFF * range;
+        let swings = sixth(values).abs() > SWING * range || CONTROLS.into_iter().any(&mut is_off);
+        if swings && halvings > 0 && self.probe.resolves(step, middle, (self.channel, range), &mut self.y) {
+            let middle = self.scan(step, from, middle, halvings - 1);
+            return self.scan(step, middle, end, halvings - 1);
         }
-        // Between two points the channel may come to the level and turn back.
+        // Between two points the channel may come to the level and turn back. A polynomial that does not
+        // resolve the channel does not show where.
         let mut all = std::mem::take(&mut self.places);
         all.clear();
         all.extend(points);
@@ -177,7 +176,7 @@ impl<'m> Section<'m> {
                 all.push((place, self.height(step, place)));
             }
             let turns = sign * grid[k] <= sign * before && sign * grid[k] <= sign * after;
-            if turns && grid[k].abs() < OFF * range {
+            if !swings && turns && grid[k].abs() < OFF * range {
                 let bracket = [time(k.saturating_sub(1)), time((k + 1).min(CELLS))];
                 all.extend(self.beyond(step, sign, bracket));
             }
@@ -229,6 +228,9 @@ impl<'m> Section<'m> {
 }
 
 impl Observer for Section<'_> {
+    fn fits(&self, dof: usize, contacts: usize) -> Result<(), ParameterError> {
+        self.probe.fits(dof, contacts)
+    }
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         let t0 = step.t0();
         let (mut from, mut a) = (t0, self.height(step, t0));

@@ -256,6 +256,9 @@ fn beside_end([end, near]: [f64; 2], value: f64, mut at: impl FnMut(f64) -> f64)
 }
 
 impl Observer for Statistics<'_> {
+    fn fits(&self, dof: usize, contacts: usize) -> Result<(), ParameterError> {
+        self.probe.fits(dof, contacts)
+    }
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         for k in 0..step.parts() {
             self.part(step, k);

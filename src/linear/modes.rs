@@ -103,7 +103,7 @@ pub struct Mode {
     square: f64,
     frequency: f64,
     shape: Vec<f64>,
-    /// Bound of the error of ω² by rounding.
+    /// Bound of the error of ω² by rounding; of a rigid motion, the largest ω² that this error may hide.
     error: f64,
     rigid: bool,
 }
@@ -148,6 +148,12 @@ impl Mode {
     pub fn is_resolved(&self) -> bool {
         self.rounding() < 0.5
     }
+    /// For a rigid motion, the largest frequency that the rounding of the Jacobian may hide [rad per time
+    /// unit], to first order; 0 for any other mode. A soft support whose frequency lies below it cannot be
+    /// told from none: beside stiffnesses of 1e14 N/m on 1 kg, it is a few tenths of 1 rad/s.
+    pub fn hidden_frequency(&self) -> f64 {
+        if self.rigid { self.error.sqrt() } else { 0.0 }
+    }
     /// Mode by coordinate, with the largest entry 1.
     pub fn shape(&self) -> &[f64] {
         &self.shape
@@ -171,7 +177,8 @@ impl Mode {
 /// - for differences, 16 ε of each entry, or four times what steps of other lengths change if that is more.
 ///
 /// What lies below these errors cannot be seen: 1e12 + 1e-9 = 1e12, so that a spring of 1e-9 to the ground
-/// beside one of 1e12 leaves a rigid motion. A coupling that is certain while the errors hide its frequency
+/// beside one of 1e12 leaves a rigid motion. Its [`hidden_frequency`](Mode::hidden_frequency) says which
+/// frequency may hide behind it. A coupling that is certain while the errors hide its frequency
 /// gives a mode with [`is_resolved`](Mode::is_resolved) false, whose [`rounding`](Mode::rounding) bounds the
 /// error. If all couplings are springs between coordinates, its square is that of the springs without what
 /// the errors may hide to the ground: 0.01 between two stiff groups of 1e12 keeps its digits. For other

@@ -77,6 +77,9 @@ fn in_units(
         };
         modes.splice(..0, told.into_iter().enumerate().map(of));
     }
+    for mode in modes.iter_mut().filter(|mode| mode.rigid) {
+        mode.error = hidden(error, inertias.as_deref(), &mode.shape);
+    }
     let damped = damped::of([q, v], &modes, inertias.as_deref(), rounding)?;
     Some(Spectrum { modes, damped, symmetric: inertias.is_some() })
 }
@@ -167,10 +170,24 @@ fn told_apart(
     let (values, turned) = (found.S().column_vector(), found.U());
     let mut order: Vec<usize> = (0..k).collect();
     order.sort_by(|&i, &j| values[i].abs().total_cmp(&values[j].abs()));
-    let hidden = |x: &Vec<f64>| -> f64 {
-        pairs().map(|(i, j)| m[i] * error[(i, j)] * x[i].abs() * x[i].abs().max(x[j].abs())).sum()
-    };
-    let bound: f64 = unit.iter().map(hidden).sum();
+    let bound: f64 = unit.iter().map(|x| hidden(error, Some(m), x)).sum();
     let shape = |c: usize| (0..n).map(|i| (0..k).map(|j| unit[j][i] * turned[(j, c)]).sum()).collect();
     Some(order.into_iter().map(|c| (values[c], shape(c), bound)).collect())
+}
+
+/// Largest ω² along a motion that the errors of ∂a/∂q may hide, to first order: for inertias m of a symmetric
+/// stiffness Σ m_i e_ij |x_i| max(|x_i|, |x_j|)/Σ m_i x_i², otherwise |e |x||/|x|.
+fn hidden(error: &DMatrix<f64>, m: Option<&[f64]>, x: &[f64]) -> f64 {
+    let n = x.len();
+    let sum = |of: &dyn Fn(usize) -> f64| (0..n).map(of).sum::<f64>();
+    match m {
+        Some(m) => {
+            let row = |i: usize| sum(&|j| error[(i, j)] * x[i].abs() * x[i].abs().max(x[j].abs()));
+            sum(&|i| m[i] * row(i)) / sum(&|i| m[i] * x[i] * x[i])
+        }
+        None => {
+            let row = |i: usize| sum(&|j| error[(i, j)] * x[j].abs());
+            (sum(&|i| row(i).powi(2)) / sum(&|i| x[i] * x[i])).sqrt()
+        }
+    }
 }

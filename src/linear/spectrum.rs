@@ -9,7 +9,8 @@ pub(crate) struct Found {
     /// 0 exactly for a rigid motion.
     pub(crate) square: f64,
     pub(crate) shape: Vec<f64>,
-    /// Bound of the error of ω² by rounding, in the unit of ω².
+    /// Bound of the error of ω² by rounding, in the unit of ω². For a rigid motion, the largest ω² that the
+    /// errors of ∂a/∂q may hide.
     pub(crate) error: f64,
     /// Whether it is a rigid motion.
     pub(crate) rigid: bool,

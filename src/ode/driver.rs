@@ -24,6 +24,7 @@ use std::marker::PhantomData;
 pub(crate) fn drive<T: Tableau>(task: Task<'_>) -> Result<Finish, IntegrateError> {
     let model = task.model.itself().unwrap_or(task.model);
     let (task, locate) = (Task { model, ..task }, task.limits.locate);
+    task.observer.fits(model.dof(), model.contacts())?;
     if !locate {
         model.offers().refuse_stops(|contact| IntegrateError::StopNotLocated { contact })?;
         task.start.check(model.dof())?;

@@ -1,8 +1,6 @@
 //! Errors of time integration.
 
 use crate::error::ParameterError;
-use crate::model::structure::gaps::negative_gap;
-use crate::model::{Model, State};
 use thiserror::Error;
 
 /// The reason why a time integration failed.
@@ -224,6 +222,16 @@ pub enum IntegrateError {
         /// Upper edge of the gap.
         upper: f64,
     },
+    /// The deflection of a contact is not a number, so that its piece is not defined.
+    #[error(
+        "the deflection of contact {contact} is not a number at t = {t:?}: check the contacts of the model"
+    )]
+    NoDeflection {
+        /// Time of the check.
+        t: f64,
+        /// Index of the contact, from 0.
+        contact: usize,
+    },
     /// The [`Budget`](crate::Budget) of the call is spent, or the call was cancelled.
     #[error("stopped at t = {t:?}: {exhausted}")]
     Exhausted {
@@ -371,16 +379,4 @@ pub enum IntegrateError {
         /// Index of the contact, from 0.
         contact: usize,
     },
-}
-
-impl IntegrateError {
-    /// Refuses a start with a negative gap, on behalf of steps that do not locate edges.
-    ///
-    /// # Errors
-    /// [`IntegrateError::NegativeGap`].
-    pub(crate) fn refuse_negative_gap(model: &dyn Model, start: &State) -> Result<(), Self> {
-        negative_gap(model, start).map_or(Ok(()), |(contact, [lower, upper])| {
-            Err(IntegrateError::NegativeGap { t: start.t, contact, lower, upper })
-        })
-    }
 }

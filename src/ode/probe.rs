@@ -120,6 +120,15 @@ impl<'m> Probe<'m> {
         names.into_iter().map(|name| self.index(name.as_ref())).collect()
     }
 
+    /// Whether the probe reads a model with `dof` coordinates and `contacts` contacts.
+    ///
+    /// # Errors
+    /// [`ParameterError::OtherModel`].
+    pub(crate) fn fits(&self, dof: usize, contacts: usize) -> Result<(), ParameterError> {
+        let (own, other) = ([self.model.dof(), self.contacts.len()], [dof, contacts]);
+        if own == other { Ok(()) } else { Err(ParameterError::OtherModel { own, other }) }
+    }
+
     /// The kind of channel `index`; `None` for the state of a contact and for the model's own channels.
     pub(crate) fn kind(&self, index: usize) -> Option<ChannelKind> {
         let n = self.model.dof();

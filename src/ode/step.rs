@@ -1,6 +1,7 @@
 //! One accepted step of a run, as an observer receives it.
 
 use crate::contact::Piece;
+use crate::error::ParameterError;
 use std::fmt;
 use std::ops::ControlFlow;
 
@@ -186,6 +187,16 @@ fn halves(y: &[f64]) -> (&[f64], &[f64]) {
 pub trait Observer {
     /// Called after each accepted step, in order of time. `Break` stops the run.
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()>;
+
+    /// Whether the observer can follow a model with `dof` coordinates and `contacts` contacts. A run asks
+    /// before its first step. Default: an observer can follow any model.
+    ///
+    /// # Errors
+    /// [`ParameterError::OtherModel`] from an observer that was made for a model of another shape.
+    fn fits(&self, dof: usize, contacts: usize) -> Result<(), ParameterError> {
+        let _ = (dof, contacts);
+        Ok(())
+    }
 }
 
 impl<F: FnMut(&mut Step<'_>) -> ControlFlow<()>> Observer for F {
@@ -201,12 +212,19 @@ impl<A: Observer + ?Sized, B: Observer + ?Sized> Observer for (&mut A, &mut B) {
         let first = self.0.step(step);
         if self.1.step(step).is_break() { ControlFlow::Break(()) } else { first }
     }
+    fn fits(&self, dof: usize, contacts: usize) -> Result<(), ParameterError> {
+        self.0.fits(dof, contacts).and_then(|()| self.1.fits(dof, contacts))
+    }
 }
 
 /// Three observers of one run.
 impl<A: Observer + ?Sized, B: Observer + ?Sized, C: Observer + ?Sized> Observer for (&mut A, &mut B, &mut C) {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         (&mut (&mut *self.0, &mut *self.1), &mut *self.2).step(step)
+    }
+    fn fits(&self, dof: usize, contacts: usize) -> Result<(), ParameterError> {
+        self.0.fits(dof, contacts)?;
+        self.1.fits(dof, contacts).and_then(|()| self.2.fits(dof, contacts))
     }
 }
 
@@ -221,6 +239,9 @@ impl<O: Observer + ?Sized> Observer for &mut [&mut O] {
         }
         flow
     }
+    fn fits(&self, dof: usize, contacts: usize) -> Result<(), ParameterError> {
+        self.iter().try_for_each(|observer| observer.fits(dof, contacts))
+    }
 }
 
 /// Any number of observers of one run.
@@ -228,11 +249,17 @@ impl<O: Observer + ?Sized, const N: usize> Observer for [&mut O; N] {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         (&mut self[..]).step(step)
     }
+    fn fits(&self, dof: usize, contacts: usize) -> Result<(), ParameterError> {
+        self.iter().try_for_each(|observer| observer.fits(dof, contacts))
+    }
 }
 
 /// Any number of observers of one run.
 impl<O: Observer + ?Sized> Observer for Vec<&mut O> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         (&mut self[..]).step(step)
+    }
+    fn fits(&self, dof: usize, contacts: usize) -> Result<(), ParameterError> {
+        self.iter().try_for_each(|observer| observer.fits(dof, contacts))
     }
 }

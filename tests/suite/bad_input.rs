@@ -1,6 +1,7 @@
 //! Invalid input gives a typed error that contains the name of the quantity and its value.
 
 use crate::api::*;
+use crate::common::oscillators::DeadZone;
 use gear_dynamics::ParameterError as P;
 use gear_dynamics::contact::{Contact, Deflection, PieceChoice};
 use gear_dynamics::linear::{LinearError, static_state};
@@ -569,11 +570,15 @@ fn a_gap_that_is_negative_from_the_start() {
     assert!(noisy.ends(&right, &start, 1.0, 4).is_ok());
 }
 
-/// A lower edge that is not a number is no flank without a lower one.
+/// A lower edge that is not a number is not a flank without a lower one. A deflection that is not a number lies
+/// on no piece.
 #[test]
 fn an_edge_that_is_not_a_number() {
     #[derive(Clone, PartialEq)]
-    struct NoEdge;
+    struct NoEdge {
+        deflection: f64,
+        lower: f64,
+    }
     impl Shape for NoEdge {
         fn size(&self) -> Size {
             Size { dof: 1, contacts: 1, constants: 1, ..Size::default() }
@@ -589,8 +594,14 @@ fn an_edge_that_is_not_a_number() {
             q: &[S],
             v: &[S],
         ) -> Contact<S> {
-            let [lower, upper] = [f64::NAN, 0.5].map(S::from);
-            Contact { deflection: q[0], rate: v[0], lower, upper, ..Contact::default() }
+            let [lower, upper] = [self.lower, 0.5].map(S::from);
+            Contact {
+                deflection: q[0] + S::from(self.deflection),
+                rate: v[0],
+                lower,
+                upper,
+                ..Contact::default()
+            }
         }
         fn accel<S: Scalar, L: PieceChoice<S>>(
             &self,
@@ -603,7 +614,9 @@ fn an_edge_that_is_not_a_number() {
             a[0] = S::from(0.1) - v[0] - q[0];
         }
     }
-    let model = Machine::of_constants(NoEdge, &[("speed", 6.0)]).unwrap();
+    let machine = |shape: NoEdge| Machine::of_constants(shape, &[("speed", 6.0)]).unwrap();
+    let model = machine(NoEdge { deflection: 0.0, lower: f64::NAN });
+    let other = machine(NoEdge { deflection: f64::NAN, lower: -0.5 });
     let start = State::at_rest(1);
     let is_nan = |lower: f64| lower.is_nan();
     let of_static = static_state(&model, None).unwrap_err();
@@ -612,6 +625,8 @@ fn an_edge_that_is_not_a_number() {
         let error = solver.end(&model, &start, 1.0).unwrap_err();
         assert!(matches!(error, IntegrateError::NegativeGap { contact: 0, lower, .. } if is_nan(lower)));
         assert!(error.to_string().contains("not a number at t = 0.0: its lower edge is NaN"), "{error}");
+        let error = solver.end(&other, &start, 1.0).unwrap_err();
+        assert_eq!(error, IntegrateError::NoDeflection { t: 0.0, contact: 0 });
     }
 }
 
@@ -843,4 +858,42 @@ fn an_upper_edge_that_is_not_a_number_is_refused() {
             "{error}"
         );
     }
+}
+
+/// An observer that was made for a model of another shape is refused before the first step, by every solver,
+/// alone and among others, and by the runs of an orbit.
+#[test]
+fn observers_of_another_model_are_refused() {
+    let own = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.1, amplitude: 0.03, stiffness: 0.0 };
+    let spring = from_fn(2, |_, q, _, a| (a[0], a[1]) = (-q[0], -4.0 * q[1])).unwrap();
+    let other = P::OtherModel { own: [1, 1], other: [2, 0] };
+    let solvers: [&dyn Integrator; 4] = [&Rk4::new(0.01), &Rk45::new(), &Dop853::new(), &Rodas::new()];
+    let start = State::new(0.0, &[1.0, 0.0], &[0.0, 0.0]);
+    let mut observers: Vec<Box<dyn Observer + '_>> = vec![
+        Box::new(Statistics::new(&own, &["q0"]).unwrap()),
+        Box::new(Rattle::new(&own)),
+        Box::new(Impacts::new(&own)),
+        Box::new(Section::new(&own, "q0", 0.0, Direction::Both).unwrap()),
+    ];
+    for observer in &mut observers {
+        for solver in solvers {
+            let error = solver.run(&spring, &start, 1.0, observer.as_mut()).unwrap_err();
+            assert_eq!(error, IntegrateError::Parameter(other.clone()));
+        }
+    }
+    let (mut fits, mut rattle) = (Statistics::new(&spring, &["q0"]).unwrap(), Rattle::new(&own));
+    let solver = Dop853::new();
+    assert!(solver.run(&spring, &start, 1.0, &mut (&mut fits, &mut rattle)).is_err());
+    assert!(solver.run(&spring, &start, 1.0, &mut [&mut fits as &mut dyn Observer, &mut rattle]).is_err());
+    // One with a Taylor series, and the orbits of one with another number of coordinates.
+    let pair = NfgPair::new(&NfgParams::table1()).unwrap();
+    let mut section = Section::new(&spring, "q0", 0.0, Direction::Both).unwrap();
+    let text = "an observer of a model with 2 coordinates and 0 contacts cannot follow one with 1 coordinates and 1 \
+                contacts: make the observer of the model of the run";
+    let error = Taylor::new().run(&pair, &pair.on_drive_flank().unwrap(), 1.0, &mut section).unwrap_err();
+    assert_eq!(error.to_string(), text);
+    let orbit = Shooting::new().solve(&own, &State::new(0.0, &[1.0], &[0.25])).unwrap();
+    assert_eq!(orbit.observe(&own, &mut section).unwrap_err().to_string(), text);
+    assert_eq!(orbit.record(&own).unwrap().replay(&mut section).unwrap_err().to_string(), text);
+    assert!(section.states().is_empty() && fits.summary("q0").is_err());
 }

@@ -274,6 +274,39 @@ fn a_soft_spring_between_stiff_ones_is_no_rigid_motion() {
     }
 }
 
+/// A spring g to the ground beside one of K between two masses of 1: the lower root of ω⁴ - (2 K + g) ω² + K g.
+/// Either it is found, or the rigid motion in its place says that such a frequency may be hidden. What may be
+/// hidden is little beside the other mode.
+#[test]
+fn a_rigid_motion_says_what_may_hide_behind_it() {
+    for stiff in [1e6, 1e10, 1e12, 1e14, 1e16] {
+        for soft in [0.0, 1e-6, 1e-3, 1.0, 1e3] {
+            let formula = from_fn(2, move |_, q, _, a| {
+                let force = stiff * (q[1] - q[0]);
+                (a[0], a[1]) = (force - soft * q[0], -force);
+            });
+            let differenced = Modes::about(&formula.unwrap(), &State::at_rest(2), None).unwrap();
+            let written = modes(&[1.0; 2], &[stiff], &[soft, 0.0], 0.0);
+            for modes in [differenced, written] {
+                let lowest = &modes.all()[0];
+                let (sum, product) = (2.0 * stiff + soft, stiff * soft);
+                let square = 2.0 * product / (sum + (sum * sum - 4.0 * product).sqrt());
+                let text = format!("{stiff} {soft}: {:?}", modes.all());
+                if modes.rigid_count() == 1 {
+                    assert!(lowest.hidden_frequency().powi(2) >= square, "{text}");
+                    assert!(lowest.hidden_frequency() < 1e-6 * modes.all()[1].frequency(), "{text}");
+                } else {
+                    assert!(soft > 0.0 && lowest.hidden_frequency() == 0.0, "{text}");
+                    assert!(
+                        (lowest.square() - square).abs() <= lowest.rounding() * lowest.square(),
+                        "{text}"
+                    );
+                }
+            }
+        }
+    }
+}
+
 /// Number of ω² below `square` of a tree of springs: of negative dynamic stiffnesses, from the leaves to the
 /// roots. A part of stiffness D behind a spring k is one of k D/(k + D): its error is that of the given
 /// numbers.

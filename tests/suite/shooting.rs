@@ -440,7 +440,7 @@ fn a_recorded_orbit_needs_no_further_integration() {
             (Statistics::new(&model, &["q0", "mesh force"]).unwrap(), Rattle::new(&model));
         let mut both = (&mut statistics, &mut rattle);
         if replayed {
-            recorded.replay(&mut both)
+            recorded.replay(&mut both).unwrap();
         } else {
             orbit.observe(&model, &mut both).unwrap();
         }

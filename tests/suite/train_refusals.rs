@@ -228,6 +228,8 @@ fn trains_that_cannot_turn_or_be_assembled_are_refused() {
     let angles = [0.0, nearest, 2.0 * nearest];
     assert!((nearest / std::f64::consts::TAU - 0.33).abs() < 1e-12);
     assert!(locked(set([30, 20, 70], 3).angles(&angles)).build("sun", 1.0).is_ok());
+    // All speeds follow from one another, whatever their number.
+    assert!(locked(set([50, 50, 150], 100)).build("sun", 1.0).is_ok());
     let loose = Planetary::new(3, 0.03, turning([30, 30, 90], inertias), [k(), k()]).unwrap();
     let loose = loose.parts().build("sun", 1.0).unwrap_err();
     assert!(matches!(loose, TrainError::SpeedUndetermined { .. }), "{loose}");

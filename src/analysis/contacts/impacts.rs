@@ -281,6 +281,9 @@ impl<'m> Impacts<'m> {
 }
 
 impl Observer for Impacts<'_> {
+    fn fits(&self, dof: usize, contacts: usize) -> Result<(), ParameterError> {
+        self.pieces.probe.fits(dof, contacts)
+    }
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         if self.end.is_some_and(|end| end != step.t0()) {
             self.pieces.forget();

@@ -3,6 +3,7 @@
 use crate::analysis::contacts::pieces::Pieces;
 use crate::contact::Piece;
 use crate::contact::edge::Edge;
+use crate::error::ParameterError;
 use crate::model::Model;
 use crate::ode::{Observer, Step};
 use std::fmt;
@@ -140,6 +141,9 @@ impl<'m> Rattle<'m> {
 }
 
 impl Observer for Rattle<'_> {
+    fn fits(&self, dof: usize, contacts: usize) -> Result<(), ParameterError> {
+        self.pieces.probe.fits(dof, contacts)
+    }
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         self.pieces.follow(step);
         for visit in self.pieces.visits() {

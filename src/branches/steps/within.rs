@@ -42,6 +42,9 @@ const SAME_PLACE: f64 = 1e-6;
 /// `[1]`.
 const NEAR_CIRCLE: f64 = 0.2;
 
+/// A test of doublings below this value at the end of a step may pass 0 twice within the step `[1]`.
+const MAY_DOUBLE: f64 = 0.5;
+
 /// Whether a multiplier at a place lies near the unit circle.
 pub(super) fn is_near_circle<S>(place: &Place<S>) -> bool {
     let near = |m: &Multipliers| m.values().iter().any(|m| (m.norm() - 1.0).abs() < NEAR_CIRCLE);
@@ -119,7 +122,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
     /// The changes whose tests fall towards 0 from `inner` to `far` and rise again before `far`, with a guess
     /// of the place of their least value. Beside the next grazing a test turns over a part of the step, which
     /// no parabola through distant values shows. One orbit beside `far` tells it; only tests that lose half
-    /// of their value are asked.
+    /// of their value are asked, and that of doublings where it is small.
     fn turned(
         &mut self,
         inner: &Place<C::Solution>,
@@ -129,7 +132,8 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         let falls = |change: &Change| match [inner, far].map(|place| value(*change, place)) {
             [Some(from), Some(to)] => {
                 let least = if *change == Change::Fold { VERTICAL } else { 0.0 };
-                from * to > 0.0 && (least..0.5 * from.abs()).contains(&to.abs())
+                let may_double = *change == Change::PeriodDoubling && to.abs() < MAY_DOUBLE;
+                from * to > 0.0 && (may_double || (least..0.5 * from.abs()).contains(&to.abs()))
             }
             _ => false,
         };
@@ -147,7 +151,9 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             // The parabola with the values at both ends and the slope at the far one, over the length 1.
             let slope = (to - near) / ASIDE;
             let place = 0.5 * slope / (from - to + slope);
-            (slope > 0.0).then_some((change, far.sigma + place * (inner.sigma - far.sigma)))
+            let is_low =
+                to < 0.5 * from || (0.0..1.0).contains(&place) && to - 0.5 * slope * place < 0.5 * from;
+            (slope > 0.0 && is_low).then_some((change, far.sigma + place * (inner.sigma - far.sigma)))
         };
         Ok(falling.into_iter().filter_map(lowest).collect())
     }

@@ -2,6 +2,7 @@
 
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
+use crate::model::structure::gaps::contacts_at;
 use crate::model::{Model, State};
 use crate::numeric::spread::sign_patterns;
 use crate::ode::integrate_error::IntegrateError;
@@ -270,13 +271,36 @@ impl<'m, V: Vector> Ends<'m, V> {
         self.kink_rates.write(self.model, &self.pieces, times, [u, q, v], &mut self.contacts);
     }
 
-    /// Checks that no gap of the last evaluation is negative or has an edge that is not a number. In a
+    /// Checks that no gap of the last evaluation is negative and that no edge and no deflection is NaN. In a
     /// negative gap, the acceleration on fixed pieces and the acceleration of the model itself would differ.
     #[inline(always)]
     pub(crate) fn check_gaps(&self, t: f64) -> Result<(), IntegrateError> {
-        for (contact, c) in self.contacts.iter().enumerate() {
-            if c.lower > c.upper || c.lower.is_nan() || c.upper.is_nan() {
+        IntegrateError::of_contacts(t, &self.contacts)
+    }
+}
+
+impl IntegrateError {
+    /// Refuses a start with a negative gap, on behalf of steps that do not locate edges.
+    ///
+    /// # Errors
+    /// As [`of_contacts`](Self::of_contacts).
+    pub(crate) fn refuse_negative_gap(model: &dyn Model, start: &State) -> Result<(), Self> {
+        IntegrateError::of_contacts(start.t, &contacts_at(model, start))
+    }
+
+    /// Checks the edges and the deflections of contacts at the time `t`.
+    ///
+    /// # Errors
+    /// [`IntegrateError::NegativeGap`], [`IntegrateError::NoDeflection`].
+    #[inline(always)]
+    pub(crate) fn of_contacts(t: f64, contacts: &[Contact]) -> Result<(), Self> {
+        for (contact, c) in contacts.iter().enumerate() {
+            let in_order = c.lower <= c.upper;
+            if !in_order {
                 return Err(IntegrateError::NegativeGap { t, contact, lower: c.lower, upper: c.upper });
+            }
+            if c.deflection.is_nan() {
+                return Err(IntegrateError::NoDeflection { t, contact });
             }
         }
         Ok(())

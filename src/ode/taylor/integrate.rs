@@ -102,6 +102,7 @@ impl Prepared {
         observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError> {
         start.check(model.dof())?;
+        observer.fits(model.dof(), model.contacts())?;
         let mut run = TaylorRun::new(self, settings, model, start, t_end)?;
         run.course.passage.fits(model, start.t, settings.limits.max_steps)?;
         for _ in 0..settings.limits.max_steps {

@@ -23,7 +23,7 @@ use std::ops::ControlFlow;
 /// let orbit = Shooting::new().solve(&pair, &State::new(0.0, &[1.1], &[0.0]))?;
 /// let recorded = orbit.record(&pair)?;
 /// let mut statistics = Statistics::new(&pair, &["deflection"])?;
-/// recorded.replay(&mut statistics);
+/// recorded.replay(&mut statistics)?;
 /// assert!((statistics.summary("deflection")?.mean - 1.1).abs() < 1e-12);
 /// // Teeth stay in contact: one harmonic. The coordinate is the deflection plus the error e cos φ, of the
 /// // amplitude e √(1 + (2 ζ W)²)/√((1 - W²)² + (2 ζ W)²).
@@ -36,6 +36,8 @@ use std::ops::ControlFlow;
 #[derive(Clone, Debug)]
 pub struct RecordedOrbit {
     dof: usize,
+    /// Number of contacts of the model.
+    contacts: usize,
     steps: Vec<RecordedStep>,
     period: f64,
 }
@@ -67,7 +69,8 @@ impl ShootingOrbit {
     /// [`IntegrateError`].
     pub fn record(&self, model: &dyn Model) -> Result<RecordedOrbit, IntegrateError> {
         let dof = model.dof();
-        let mut recorded = RecordedOrbit { dof, steps: Vec::new(), period: self.period() };
+        let mut recorded =
+            RecordedOrbit { dof, contacts: model.contacts(), steps: Vec::new(), period: self.period() };
         let mut y = vec![0.0; 2 * dof];
         let mut keep = |step: &mut Step<'_>| {
             let mut samples = Vec::with_capacity(step.parts() * POINTS * 2 * dof);
@@ -100,13 +103,18 @@ impl RecordedOrbit {
         self.period
     }
     /// Passes every step of the period to an observer, until it stops.
-    pub fn replay(&self, observer: &mut dyn Observer) {
+    ///
+    /// # Errors
+    /// [`ParameterError::OtherModel`](crate::ParameterError) for an observer of a model of another shape.
+    pub fn replay(&self, observer: &mut dyn Observer) -> Result<(), ParameterError> {
+        observer.fits(self.dof, self.contacts)?;
         for step in &self.steps {
             let mut view = RecordedView { step, dof: self.dof };
             if observer.step(&mut Step::new(&mut view, step.at_drive_edge, &step.crossings)).is_break() {
-                return;
+                break;
             }
         }
+        Ok(())
     }
     /// The crossings of the edges of contacts, each with its instant, in order.
     pub fn crossings(&self) -> Vec<(f64, Crossing)> {

@@ -221,6 +221,7 @@ impl ShootingOrbit {
         observer: &mut dyn Observer,
         meter: &Meter<'_>,
     ) -> Result<Stats, IntegrateError> {
+        observer.fits(model.dof(), model.contacts())?;
         Walk::new(model, &self.parts.scale, self.parts.flow, self.parts.method)
             .follow(&self.parts.states, self.parts.end, observer, meter)
             .map_err(|SegmentError { error, .. }| error)

@@ -119,7 +119,7 @@ fn solve(terms: &[(usize, Fraction)], one: usize, speeds: &[Option<Fraction>]) -
 }
 
 /// Maximum number of unknown speeds that are eliminated together.
-const COUPLED: usize = 64;
+const COUPLED: usize = 256;
 
 /// Speeds that follow from several relations together, by Gauss-Jordan elimination.
 fn eliminate(relations: &[Relation], speeds: &[Option<Fraction>]) -> Vec<(usize, Fraction)> {
@@ -154,7 +154,7 @@ fn eliminate(relations: &[Relation], speeds: &[Option<Fraction>]) -> Vec<(usize,
         rows.swap(pivots.len(), r);
         let pivot = rows[pivots.len()].clone();
         let at = pivots.len();
-        for (_, row) in rows.iter_mut().enumerate().filter(|(i, _)| *i != at) {
+        for (_, row) in rows.iter_mut().enumerate().filter(|(i, row)| *i != at && !row[column].is_zero()) {
             let Some(factor) = row[column].over(pivot[column]) else { return Vec::new() };
             for (x, p) in row.iter_mut().zip(&pivot) {
                 match factor.times(*p).and_then(|p| x.minus(p)) {
