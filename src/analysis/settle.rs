@@ -8,6 +8,7 @@ use crate::error::{ParameterError, check};
 use crate::linear::LinearError;
 use crate::linear::statics::default_start;
 use crate::model::equations::early;
+use crate::model::period::check_period;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::structure::unconnected::accelerates;
 use crate::model::{Periodic, State};
@@ -117,6 +118,8 @@ impl Settle {
         let period = model.period();
         self.check(period)?;
         start.t = early(start.t, period);
+        start.check(model.dof())?;
+        check_period(model, &start)?;
         let joined = |state: &State| [&state.q[..], &state.v].concat();
         let mut section: Vec<Vec<f64>> = vec![joined(&start)];
         let (mut last, mut sizes) = (start.clone(), Vec::new());

@@ -142,17 +142,17 @@ impl<P: LinePoint> Line<P> {
     #[cfg(feature = "serde")]
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         P::check_head(&self.head)?;
-        check::finite("heading of the line", self.heading)?;
+        check::quantity("heading of the line", self.heading)?;
         for note in &self.notes {
-            check::all_finite("parameters of a note", &note.parameters)?;
+            check::quantities("parameters of a note", &note.parameters)?;
         }
         let Some(first) = self.points.first() else {
             return Err(ParameterError::Empty { name: "points of the line".into(), min: 1 });
         };
         let mut before = f64::NEG_INFINITY;
         for (i, point) in self.points.iter().enumerate() {
-            check::all_finite(&format!("parameters of point {i}"), point.parameters())?;
-            let value = check::finite(format!("arclength of point {i}"), point.arclength())?;
+            check::quantities(&format!("parameters of point {i}"), point.parameters())?;
+            let value = check::quantity(format!("arclength of point {i}"), point.arclength())?;
             if value < before {
                 let must = format!("be at least {before:?}, that of the point before it");
                 return Err(ParameterError::Wrong { name: format!("arclength of point {i}"), value, must });

@@ -82,11 +82,14 @@ pub trait Model {
         self.base().map_or(1, |base| base.drives())
     }
     /// Writes the drives at `t` to `u`. `side`: before or after a jump at `t`. Default: time is the only
-    /// drive.
+    /// drive, any further one is NaN.
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
         match self.base() {
             Some(base) => base.drive(t, side, u),
-            None => u[0] = t,
+            None => {
+                u.fill(f64::NAN);
+                u.iter_mut().take(1).for_each(|time| *time = t);
+            }
         }
     }
     /// Updates drives of other instants: row i of `u`, of length [`drives`](Model::drives), to `times[i]`.
@@ -156,7 +159,7 @@ pub trait Model {
     /// value stay in registers. Only a pointer to a model implements it, to pass the call on.
     #[doc(hidden)]
     fn accel_of_one(&self, pieces: Option<&[Piece]>, u: &[f64], q: f64, v: f64) -> f64 {
-        let mut a = [0.0];
+        let mut a = [f64::NAN];
         match pieces {
             Some(pieces) => self.accel_on_pieces(pieces, u, &[q], &[v], &mut a),
             None => self.accel(u, &[q], &[v], &mut a),

@@ -4,7 +4,7 @@ use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, Periodic};
 
 /// q'' = f(t, q, q'): the model of one formula, with `dof` coordinates. `accel(t, q, v, a)` writes q'' to
-/// `a`.
+/// `a`, which holds NaN before: a coordinate that is forgotten, or added to, is an error of the run.
 ///
 /// Contacts, jumps and exact derivatives need a [`Model`] or a [`Shape`](crate::Shape) of your own.
 ///
@@ -64,6 +64,7 @@ impl<F: Fn(f64, &[f64], &[f64], &mut [f64]), P> Model for Formula<F, P> {
     }
     #[inline]
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a.fill(f64::NAN);
         (self.accel)(u[0], q, v, a);
     }
 }

@@ -178,6 +178,8 @@ impl<'m, V: Vector> Run<'m, V> {
             passage.sliding.prepare(&e.ends);
         }
         e.on_fixed_pieces = LOCATE && model.offers().pieces;
+        // What the model does not write is not a number.
+        e.k[0].slice_mut().fill(f64::NAN);
         e.derivative_at_start();
         if let Some(component) = e.k[0].slice().iter().position(|x| !x.is_finite()) {
             let acceleration = component.saturating_sub(model.dof());

@@ -232,6 +232,18 @@ pub enum IntegrateError {
         /// Index of the contact, from 0.
         contact: usize,
     },
+    /// A segment of an orbit does not end at the node after it: the model is not that of the orbit, or the
+    /// orbit was changed by hand.
+    #[error(
+        "segment {segment} of the orbit ends {miss:.1e} of the range of the motion beside the node after it: give the \
+         model of the orbit (segments count from 0)"
+    )]
+    OtherOrbit {
+        /// Index of the segment, from 0.
+        segment: usize,
+        /// Largest distance of a coordinate or velocity, as a share of its range.
+        miss: f64,
+    },
     /// The [`Budget`](crate::Budget) of the call is spent, or the call was cancelled.
     #[error("stopped at t = {t:?}: {exhausted}")]
     Exhausted {

@@ -860,6 +860,35 @@ fn an_upper_edge_that_is_not_a_number_is_refused() {
     }
 }
 
+/// An acceleration that a formula or a model forgets, or adds to what stands there, is not a number.
+#[test]
+fn accelerations_that_are_not_written() {
+    let forgets = from_fn(2, |_, q, _, a| a[0] = -q[0]).unwrap();
+    let adds = from_fn(2, |_, q, _, a| (0..2).for_each(|i| a[i] -= q[i])).unwrap();
+    struct Forgets(usize);
+    impl Model for Forgets {
+        fn dof(&self) -> usize {
+            self.0
+        }
+        fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+            a.iter_mut().zip(q).skip(1).for_each(|(a, q)| *a = -q);
+        }
+    }
+    let cases: [(&dyn Model, usize); 5] =
+        [(&forgets, 1), (&adds, 0), (&Forgets(1), 0), (&Forgets(2), 0), (&Forgets(3), 0)];
+    for (model, acceleration) in cases {
+        let start = State::at_rest(model.dof());
+        for solver in [&Rk4::new(0.1) as &dyn Integrator, &Rk45::new(), &Dop853::new(), &Rodas::new()] {
+            let error = solver.end(model, &start, 1.0).unwrap_err();
+            assert_eq!(error, IntegrateError::NotANumber { t: 0.0, acceleration });
+        }
+    }
+    assert!(matches!(
+        static_state(&forgets.with_period(1.0).unwrap(), 0.0),
+        Err(LinearError::NotFinite { .. })
+    ));
+}
+
 /// An observer that was made for a model of another shape is refused before the first step, by every solver,
 /// alone and among others, and by the runs of an orbit.
 #[test]
@@ -896,4 +925,55 @@ fn observers_of_another_model_are_refused() {
     assert_eq!(orbit.observe(&own, &mut section).unwrap_err().to_string(), text);
     assert_eq!(orbit.record(&own).unwrap().replay(&mut section).unwrap_err().to_string(), text);
     assert!(section.states().is_empty() && fits.summary("q0").is_err());
+}
+
+/// A period that is not that of the accelerations is refused by all that counts in periods.
+#[test]
+fn a_wrong_period_is_refused_everywhere() {
+    let swing = |period: f64| {
+        let formula = from_fn(1, |t: f64, q: &[f64], v: &[f64], a: &mut [f64]| {
+            a[0] = t.cos() + 0.5 * (0.5 * t).cos() - q[0] - 0.3 * v[0];
+        });
+        formula.unwrap().with_period(period).unwrap()
+    };
+    let (rest, is_period) =
+        (State::at_rest(1), |e: &P| matches!(e, P::Wrong { name, .. } if name == "period of the model"));
+    // The period is 4π; that of the first term alone and any other number are not.
+    for (period, right) in [(4.0 * PI, true), (2.0 * PI, false), (3.0, false)] {
+        let model = swing(period);
+        let settled = Settle::new().run(&Dop853::new(), &model, &rest);
+        let exponents = Lyapunov::new().settle(2).measure(8).run(&model, &rest);
+        let row = |rows: Rows| rows.get(0).map(|_| ());
+        let sweep = Sweep::new(Axis::of_values("f", &[1.0]).unwrap()).settle(4).measure(1).channels(&["q0"]);
+        let family = |_: &Point<'_>| Ok::<_, ParameterError>(swing(period));
+        let start = |_: &Point<'_>, _: &_| State::at_rest(1);
+        let table = row(sweep.of(&TableRk4::new(200), family).start(start).run().unwrap());
+        let located = row(sweep.of(&Located(Dop853::new()), family).start(start).run().unwrap());
+        if right {
+            assert!(settled.is_ok() && exponents.is_ok() && table.is_ok() && located.is_ok());
+            continue;
+        }
+        assert!(matches!(settled.unwrap_err(), SettleError::Parameter(e) if is_period(&e)));
+        assert!(matches!(exponents.unwrap_err(), LyapunovError::Parameter(e) if is_period(&e)));
+        for refused in [table, located] {
+            assert!(matches!(refused.unwrap_err(), PointError::Parameter(e) if is_period(&e)));
+        }
+    }
+}
+
+/// An orbit is read with its own model only: with that of another speed its segments do not end at their nodes.
+#[test]
+fn an_orbit_is_not_observed_with_another_model() {
+    let model = |omega: f64| DeadZone { omega, zeta: 0.05, mean: 0.1, amplitude: 0.03, stiffness: 0.0 };
+    let (own, other) = (model(0.75), model(0.8));
+    let orbit = Shooting::new().solve(&own, &State::new(0.0, &[1.0], &[0.25])).unwrap();
+    let ppv = |of: &DeadZone| {
+        let mut statistics = Statistics::new(of, &["q0"]).unwrap();
+        orbit.observe(of, &mut statistics).map(|_| statistics.summary("q0").unwrap().peak_to_peak())
+    };
+    assert!(ppv(&own).unwrap() > 0.1 && orbit.record(&own).is_ok());
+    assert!(
+        matches!(ppv(&other).unwrap_err(), IntegrateError::OtherOrbit { segment: 0, miss } if miss > 0.01)
+    );
+    assert!(matches!(orbit.record(&other).unwrap_err(), IntegrateError::OtherOrbit { .. }));
 }

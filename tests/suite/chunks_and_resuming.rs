@@ -497,7 +497,8 @@ fn a_cancel_is_seen_within_64_steps() {
         for [drives, accelerations] in
             [asked(&LaneRk4::new(5000).lanes::<4>(), last), asked(&TableRk4::new(5000), last)]
         {
-            assert!(drives <= last[0] + 64 && accelerations == 0, "{drives} after {}", last[0]);
+            // The period of each of four lanes is checked by 16 accelerations before.
+            assert!(drives <= last[0] + 64 && accelerations <= 4 * 16, "{drives} after {}", last[0]);
         }
     }
     for [_, accelerations] in

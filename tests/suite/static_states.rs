@@ -443,3 +443,33 @@ fn a_single_flank_carries_its_load() {
         }
     }
 }
+
+/// The mean of a ripple over a period of many mesh cycles: the coarse first sum sees a load that does not balance.
+/// A drag does not act at rest, and the closed form is b + F/k.
+#[test]
+fn a_coarse_sum_of_a_ripple_is_no_verdict() {
+    let stiffness = || Wave::new(Fourier::new(1e8, &[[1e7, 0.0]]).unwrap());
+    let radius = |teeth: u32| 0.0014 * f64::from(teeth);
+    let mesh = |teeth: [u32; 2], phase: f64| {
+        MeshPart::external(teeth, teeth.map(radius), stiffness()).half_backlash(2e-5).phase(phase)
+    };
+    for ripple in [vec![[0.5, 0.3]], vec![[0.5, 0.3], [-0.5, 0.0]], vec![[0.0, 0.4]]] {
+        for drag in [0.0, 0.1] {
+            let mut parts = Parts::new();
+            parts.body("p", Body::new(1e-3).drag(drag)).body("w", Body::new(1e-3));
+            parts.body("q", Body::new(2e-3)).body("x", Body::new(2e-3));
+            parts.mesh("m", "p", "w", mesh([21, 48], 0.0)).mesh("n", "q", "x", mesh([19, 54], 0.3));
+            parts.shaft("s", "w", "q", ShaftPart::new(1e4).damping(1.0));
+            let ripple = Wave::new(Fourier::new(0.0, &ripple).unwrap());
+            parts.torque("T", "p", 50.0).torque_of_angle("rip", "p", 10.0, ripple).load("x");
+            let train = parts.coordinates(Coordinates::Inertial).build("p", 50.0).unwrap();
+            let found = static_state(&train, None).unwrap();
+            assert_eq!(found.instant, None);
+            let forces = [50.0 / radius(21), 50.0 * 48.0 / 21.0 / radius(19)];
+            for (contact, force) in found.contacts.iter().zip(forces) {
+                let exact = 2e-5 + force / 1e8;
+                assert!((contact.deflection / exact - 1.0).abs() < 1e-8, "{drag}: {contact:?} {exact}");
+            }
+        }
+    }
+}

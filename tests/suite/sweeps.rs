@@ -3,6 +3,7 @@
 
 use crate::api::*;
 use crate::benchmarks::{Pair, Rattling};
+use gear_dynamics::models::Oscillator;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -747,4 +748,23 @@ fn onset_of_bilateral_rattle_of_reading_a() {
         .find(|(row, _)| row.contacts()[0].rattle_state() == RattleState::Bilateral)
         .map(|(_, speed)| speed);
     assert!(onset.is_some_and(|speed| (149.6..=150.1).contains(&speed)), "{onset:?}");
+}
+
+/// At a resonance with little damping the state changes little from period to period long before it repeats: the
+/// amplitude of q'' + c q' + w² q = f cos w t is f/(c w).
+#[test]
+fn slow_decays_are_not_ended_by_a_small_change() {
+    for (c, w, tolerance) in [(0.02, 2.0, 1e-3), (0.01, 1.3, 1e-3), (0.005, 1.0, 1e-4), (0.01, 1.0, 1e-6)] {
+        let numbers =
+            [("speed", w), ("damping", c), ("linear stiffness", w * w), ("force", 0.01), ("mean force", 0.3)];
+        let model = Oscillator::new(&numbers).unwrap();
+        let axis = Axis::of_values("speed", &[w]).unwrap();
+        let sweep = Sweep::new(axis).settle(200_000).measure(4).channels(&["q0"]).repeat_tolerance(tolerance);
+        let rows = sweep.over(&LaneTaylor::new(Taylor::new()), &model).unwrap().run().unwrap();
+        let row = rows.get(0).unwrap();
+        let [found, exact] = [0.5 * row.channel("q0").unwrap().peak_to_peak(), 0.01 / (c * w)];
+        // A share of the range, which is twice the amplitude.
+        assert!((found / exact - 1.0).abs() < 2.5 * tolerance, "{c} {w} {tolerance}: {found} {exact}");
+        assert!(row.settled_after() < 5_000, "{}", row.settled_after());
+    }
 }

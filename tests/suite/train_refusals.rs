@@ -4,6 +4,7 @@ use crate::api::*;
 use crate::common::planets::{on_bearings, ring_held, ring_locked, turning};
 use crate::trains::{k, pair};
 use gear_dynamics::Wave;
+use gear_dynamics::excitation::Fourier;
 use gear_dynamics::linear::static_state;
 use gear_dynamics::trains::*;
 
@@ -418,4 +419,42 @@ fn a_stiffness_that_is_negative_over_part_of_the_cycle_is_refused() {
         assert!(error.contains("stiffness of \"mesh\" at φ = "), "{error}");
         assert!(error.contains("it must not be negative"), "{error}");
     }
+}
+
+/// Transmission errors of metres, waves that count the teeth a second time, and shafts that carry nothing.
+#[test]
+fn errors_of_metres_and_shafts_of_no_stiffness() {
+    let train = |error: Wave, stiffness: Wave, shaft: ShaftPart| {
+        let mut parts = Parts::new();
+        for (name, inertia) in [("motor", 1e-3), ("pinion", 1e-3), ("wheel", 4e-3)] {
+            parts.body(name, Body::new(inertia));
+        }
+        parts.shaft("shaft", "motor", "pinion", shaft);
+        parts.mesh(
+            "mesh",
+            "pinion",
+            "wheel",
+            MeshPart::external([20, 40], [0.03, 0.06], stiffness).error(error),
+        );
+        parts.torque("drive", "motor", 20.0).torque("load", "wheel", -40.0);
+        parts.build("pinion", 100.0)
+    };
+    let sine = |size: f64| Wave::new(Fourier::new(0.0, &[[0.0, size]]).unwrap());
+    let shaft = || ShaftPart::new(1e4);
+    assert!(train(sine(8e-6), k(), shaft()).is_ok());
+    let text = |built: Result<Train, TrainError>, expected: Warning| match built.unwrap_err() {
+        TrainError::Warning { warning, message } if warning == expected => message,
+        other => panic!("{other}"),
+    };
+    let metres = text(train(sine(8.0), k(), shaft()), Warning::UnusualValue);
+    assert!(metres.starts_with("the transmission error of \"mesh\" [m] is 8e0"), "{metres}");
+    for (order, name) in [(20, "pinion"), (40, "wheel")] {
+        let counted = text(train(sine(8e-6).per_turn(order).unwrap(), k(), shaft()), Warning::UnusualValue);
+        assert!(counted.contains(&format!("repeats {order} times in a mesh cycle")), "{name}: {counted}");
+    }
+    let varying = Wave::new(Fourier::new(2e8, &[[4e7, 0.0]]).unwrap()).per_turn(20).unwrap();
+    assert!(text(train(sine(8e-6), varying, shaft()), Warning::UnusualValue).contains("the stiffness"));
+    let apart = text(train(sine(8e-6), k(), ShaftPart::new(0.0)), Warning::Disconnected);
+    assert_eq!(apart, "\"pinion\" is not connected with \"motor\"");
+    assert!(train(sine(8e-6), k(), ShaftPart::new(0.0).damping(1.0)).is_ok());
 }

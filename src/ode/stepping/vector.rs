@@ -110,7 +110,7 @@ impl<const M: usize> Vector for [f64; M] {
         let (q, v) = y.split_at(M / 2);
         // The model writes numbers one by one. Read back one by one they are there at once; as a vector with
         // the velocities beside them they are not. One number stays in a register.
-        let mut a = [0.0; M];
+        let mut a = [f64::NAN; M];
         if let ([q], [v]) = (q, v) {
             a[0] = of.model.accel_of_one(of.pieces, of.u, *q, *v);
         } else {

@@ -4,6 +4,7 @@ use crate::analysis::motion_size::MotionSize;
 use crate::error::{ParameterError, check};
 use crate::linear::statics::default_start;
 use crate::model::equations::early;
+use crate::model::period::check_period;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::{Model, Periodic, State};
 use crate::ode::budget::Meter;
@@ -149,6 +150,8 @@ impl Lyapunov {
         };
         let period = model.period();
         start.t = early(start.t, period);
+        start.check(model.dof())?;
+        check_period(model, &start)?;
         self.run_over(model, &start, period)
     }
 

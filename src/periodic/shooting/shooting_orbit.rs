@@ -4,7 +4,7 @@ use crate::model::{Model, State};
 use crate::ode::budget::Meter;
 use crate::ode::{Budget, IntegrateError, Observer, Stats, Step};
 use crate::periodic::flow::flow_method::FlowMethod;
-use crate::periodic::flow::walk::{SegmentError, Walk};
+use crate::periodic::flow::walk::{Walk, segments};
 use crate::periodic::multipliers::{Multipliers, Stability};
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use crate::periodic::shooting::segments::Segments;
@@ -34,6 +34,10 @@ pub struct ShootingOrbit {
     pub(crate) parts: OrbitParts,
     pub(crate) budget: Budget,
 }
+
+/// Distance of the end of a segment from the node after it, as a share of the range of the motion, from which
+/// on the model is not that of the orbit `[1]`.
+const OTHER: f64 = 1e-3;
 
 /// All of an orbit but its budget, in the stored form.
 #[derive(Clone, Debug, PartialEq)]
@@ -222,8 +226,40 @@ impl ShootingOrbit {
         meter: &Meter<'_>,
     ) -> Result<Stats, IntegrateError> {
         observer.fits(model.dof(), model.contacts())?;
-        Walk::new(model, &self.parts.scale, self.parts.flow, self.parts.method)
-            .follow(&self.parts.states, self.parts.end, observer, meter)
-            .map_err(|SegmentError { error, .. }| error)
+        let OrbitParts { states, end, .. } = &self.parts;
+        states[0].check(model.dof())?;
+        let walk = Walk::new(model, &self.parts.scale, self.parts.flow, self.parts.method);
+        let mut all = Stats::default();
+        for (segment, node, until) in segments(states, *end) {
+            let finish = walk.run(node, until, observer, meter)?;
+            all.add(&finish.stats);
+            if finish.stopped {
+                break;
+            }
+            self.closes(segment, &finish.state)?;
+        }
+        Ok(all)
+    }
+
+    /// Whether a segment ends at the node after it: it does with the model of the orbit.
+    ///
+    /// # Errors
+    /// [`IntegrateError::OtherOrbit`].
+    fn closes(&self, segment: usize, reached: &State) -> Result<(), IntegrateError> {
+        let OrbitParts { states, range, drift, .. } = &self.parts;
+        let (next, drift) = match states.get(segment + 1) {
+            Some(next) => (next, None),
+            None => (&states[0], Some(drift)),
+        };
+        let n = next.q.len();
+        let miss = |i: usize| {
+            let (half, j) = (i / n, i % n);
+            let of = |state: &State| [&state.q, &state.v][half][j];
+            let off = of(reached) - of(next) - drift.map_or(0.0, |drift| drift[half][j]);
+            // Large positions along a rigid motion have rounding errors of their own.
+            off.abs() / (range[i] + 1e-9 * (of(reached).abs() + self.parts.scale[i]))
+        };
+        let miss = (0..2 * n).map(miss).fold(0.0, f64::max);
+        if miss <= OTHER { Ok(()) } else { Err(IntegrateError::OtherOrbit { segment, miss }) }
     }
 }

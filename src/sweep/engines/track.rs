@@ -1,7 +1,7 @@
 //! One run of a sweep, period by period: settling, measuring and its row.
 
 use crate::analysis::motion_size::MotionSize;
-use crate::analysis::returns::is_own_multiple;
+use crate::analysis::returns::Return;
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::structure::rigid::rigid_modes;
@@ -243,7 +243,10 @@ impl Track {
         // A call of the family may cost as much as a period: rounding is weighed after 1, 2, 4, 8, ..
         // periods.
         let weighs = self.periods.is_power_of_two();
-        self.cycle = self.plan.repeat.map_or(0, |at| self.multiple(at, weighs, with_model).0);
+        self.cycle = self.plan.repeat.map_or(0, |at| {
+            let found = self.multiple(at, weighs, with_model);
+            if found.left <= at { found.multiple } else { 0 }
+        });
         if self.periods >= self.plan.settle || self.cycle > 0 {
             self.measuring = true;
             return Next::StartMeasuring;
@@ -275,12 +278,12 @@ impl Track {
 
     /// As [`repeats`](Track::repeats). If the motion as a whole does not repeat, it is compared without rigid
     /// motion and, if `weighs` is set, above the rounding errors of its equations.
-    fn multiple(&mut self, tolerance: f64, weighs: bool, with_model: &WithModel<'_>) -> (usize, f64) {
+    fn multiple(&mut self, tolerance: f64, weighs: bool, with_model: &WithModel<'_>) -> Return {
         let n = self.plan.layout.dof;
         let mut whole = MotionSize::new(n, &[]);
         self.measure(&mut whole);
         let found = self.repeats(tolerance, &mut whole);
-        if found.0 > 0 || n < 2 {
+        if found.multiple > 0 || n < 2 {
             return found;
         }
         if let (false, Some(rigid)) = (weighs, &self.rigid) {
@@ -320,36 +323,17 @@ impl Track {
         self.states().for_each(|state| motion.see(0.0, &state[..n], &state[n..]));
     }
 
-    /// The period multiple p of the strobed states y_0 (newest), y_1, y_2, ..., or 0 if they do not repeat,
-    /// and the distance of the last return. It is the minimum p ≤ [`LONGEST`] with
-    ///
-    /// |y_k - y_(k + p)| ≤ tolerance for k = 0 .. p,
-    ///
-    /// and |y_p - y_0| ≤ 1e-3 |y_d - y_0| for all proper divisors d of p ([`is_own_multiple`]). |y| is the
-    /// maximum over the coordinates and velocities, each as a share of its range over the last period. The
-    /// distance is |y_p - y_0|; without a period it is the minimum of |y_d - y_0| over all d for which the
-    /// run is long enough.
-    fn repeats(&self, tolerance: f64, motion: &mut MotionSize) -> (usize, f64) {
+    /// The last [`Return`] of the strobed states. Distances are the maximum over the coordinates and
+    /// velocities, each as a share of its range over the last period.
+    fn repeats(&self, tolerance: f64, motion: &mut MotionSize) -> Return {
         let n = self.plan.layout.dof;
         let states: Vec<&[f64]> = self.section.rchunks_exact(2 * n).take(2 * LONGEST + 1).collect();
         motion.steps = self.steps as usize;
-        let apart = |motion: &mut MotionSize, a: &[f64], b: &[f64]| motion.distance(a, b, tolerance);
-        let mut closest = f64::INFINITY;
-        let mut returns = Vec::with_capacity(LONGEST);
-        for p in 1..=LONGEST {
-            if states.len() < 2 * p + 1 {
-                break;
-            }
-            let change = apart(motion, states[0], states[p]);
-            closest = closest.min(change);
-            returns.push(change);
-            if is_own_multiple(&returns)
-                && (0..=p).all(|k| apart(motion, states[k], states[k + p]) <= tolerance)
-            {
-                return (p, motion.change(states[0], states[p]));
-            }
+        let found = Return::of(&states, LONGEST, tolerance, |a, b| motion.distance(a, b, tolerance));
+        match found.multiple {
+            0 => found,
+            p => Return { change: motion.change(states[0], states[p]), ..found },
         }
-        (0, closest)
     }
 
     /// Maximum difference between the measured periods: (max - min)/max of the range of a channel, max - min
@@ -366,7 +350,7 @@ impl Track {
 
     /// Returns the row and the last state (coordinates, then velocities).
     pub(crate) fn finish(mut self, with_model: &WithModel<'_>) -> (Vec<f64>, Vec<f64>) {
-        let (multiple, change) = self.multiple(self.plan.tolerance, true, with_model);
+        let Return { multiple, change, .. } = self.multiple(self.plan.tolerance, true, with_model);
         let layout = &self.plan.layout;
         let margin = self.depths.iter().map(margin).fold(f64::INFINITY, f64::min);
         let settled = (self.periods - self.measured) as f64;

@@ -1,5 +1,6 @@
 //! The workers of a sweep: order of the runs and storage of their rows.
 
+use crate::model::period::check_period;
 use crate::model::{Periodic, State};
 use crate::periodic::multipliers::Multipliers;
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine};
@@ -118,7 +119,8 @@ impl<M: Periodic, E: SweepEngine<M>> Worker<'_, '_, M, E> {
             Some(state) => State::new(0.0, &state[..found[0]], &state[found[0]..]),
             None => (self.work.start)(&point, &model)?,
         };
-        start.check_at_zero(found[0]).map_err(PointError::Parameter)?;
+        let checked = start.check_at_zero(found[0]).and_then(|()| check_period(&model, &start));
+        checked.map_err(PointError::Parameter)?;
         Ok(Job { index, model, start })
     }
 

@@ -108,11 +108,12 @@ impl Sweep {
         Sweep { settle: periods, ..self }
     }
 
-    /// Ends settling as soon as the strobed state repeats within `tolerance`: after a period multiple p up to
-    /// 16 and at p + 1 periods in a row. A p above 1 counts only if the state returns at least 1000 times
-    /// closer after p periods than after every proper divisor of p. Then p + 1 of the measured periods are
-    /// run at most, and the last p of them count again, in turn, for the others. Default: all periods are
-    /// run.
+    /// Ends settling as soon as the strobed state repeats within `tolerance`, after a period multiple p up to
+    /// 16 and at p + 1 periods in a row, and its distance from the orbit is within it, too. This distance is
+    /// an estimate from the last changes after p periods and the factor by which they shrink. A p above 1
+    /// counts only if the state returns at least 1000 times closer after p periods than after every proper
+    /// divisor of p. Then p + 1 of the measured periods are run at most, and the last p of them count again,
+    /// in turn, for the others. Default: all periods are run.
     ///
     /// The tolerance is the maximum difference of a coordinate or velocity as a share of its range (maximum
     /// less minimum) in the last period of the drives `[1]`, positive and finite; otherwise the sweep returns

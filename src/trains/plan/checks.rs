@@ -6,15 +6,19 @@ use crate::trains::parts::mesh_part::Phase;
 use crate::trains::plan::topology::{Gearing, Topology};
 use crate::trains::plan::turning::orders::follows_teeth;
 use crate::trains::train_error::{TrainError, Warning};
+use std::f64::consts::TAU;
 
 /// Stiffnesses of meshes of gears [N/m]; steel gears have some 1e8 to 1e10.
 const MESH_STIFFNESS: [f64; 2] = [1e6, 1e12];
 /// Modules of gears `[m]`.
 const MODULE: [f64; 2] = [1e-5, 0.2];
 /// Working pressure angles `[rad]`: up to 45°.
-const PRESSURE_ANGLE: [f64; 2] = [0.0, 0.25 * std::f64::consts::PI];
-/// Half backlashes `[m]`.
+const PRESSURE_ANGLE: [f64; 2] = [0.0, TAU / 8.0];
+/// Half backlashes, and sizes of transmission errors `[m]`.
 const HALF_BACKLASH: [f64; 2] = [0.0, 1e-2];
+
+/// Number of angles at which the size of a transmission error is taken.
+const ERRORS: u32 = 32;
 
 impl<N: Nonlinearity> Topology<'_, N> {
     /// Warns of values that gears do not have, of bodies without support and of parts apart.
@@ -62,6 +66,20 @@ impl<N: Nonlinearity> Topology<'_, N> {
             check(format!("the working pressure angle of \"{name}\" [rad]"), angle, PRESSURE_ANGLE)?;
             if half.is_finite() {
                 check(format!("half the backlash of \"{name}\" [m]"), half.abs(), HALF_BACKLASH)?;
+            }
+            let angle = |i: u32| TAU * f64::from(i) / f64::from(ERRORS);
+            let errors = (0..ERRORS).map(|i| part.error.value(angle(i), Side::After).abs());
+            let largest = errors.fold(0.0, f64::max);
+            check(format!("the transmission error of \"{name}\" [m]"), largest, HALF_BACKLASH)?;
+            for (what, wave) in [("stiffness", &part.stiffness), ("transmission error", &part.error)] {
+                if wave.order() > 1 && part.teeth.contains(&wave.order()) {
+                    let times = wave.order();
+                    let message = format!(
+                        "the {what} of \"{name}\" repeats {times} times in a mesh cycle, as often as a gear has teeth: \
+                         waves of a mesh are functions of the mesh angle; leave `per_turn` out"
+                    );
+                    self.warn(Warning::UnusualValue, message)?;
+                }
             }
         }
         Ok(())
@@ -122,7 +140,10 @@ impl<N: Nonlinearity> Topology<'_, N> {
     fn connected(&self) -> Result<(), TrainError> {
         let carried = self.carriers.iter().enumerate();
         let carried = carried.filter_map(|(body, carrier)| Some([body, (*carrier)?]));
-        let shafts = self.shafts.iter().map(|(_, ends)| *ends);
+        // A shaft without stiffness and damping carries nothing.
+        let shafts =
+            self.shafts.iter().filter(|(shaft, _)| shaft.part.stiffness.max(shaft.part.damping) > 0.0);
+        let shafts = shafts.map(|(_, ends)| *ends);
         let meshes = self.meshes.iter().map(|mesh| mesh.ends);
         let groups = groups(self.bodies.len(), meshes.chain(shafts).chain(carried));
         let apart = groups.iter().position(|&first| first != 0);
