@@ -302,6 +302,8 @@ impl<'m, V: Vector> Run<'m, V> {
         if T::ADAPTIVE {
             self.stalls.ends(made);
             pace.next = pace.next.min(passage.locator.growth * made);
+        } else if !passage.crossings.is_empty() {
+            passage.count(e.ends.t1, pace.next)?;
         }
         Ok(Verdict::Accept)
     }

@@ -508,6 +508,21 @@ fn sliding_along_an_edge_is_refused() {
     }
 }
 
+/// Steps of fixed length that start on the edge cross it again and again, in parts that do not shrink.
+#[test]
+fn sliding_from_the_edge_in_fixed_steps_is_refused() {
+    let start = State::new(0.0, &[0.0; 2], &[0.3; 2]);
+    for pieces in [false, true] {
+        for h in [0.1, 0.05, 0.02, 0.01, 3e-3, 1e-3] {
+            let error = Rk4::new(h).end(&Sliding { pieces }, &start, 2.0).unwrap_err();
+            assert!(
+                matches!(error, IntegrateError::EdgeStall { t, .. } if t <= 2.0 * h),
+                "{h} {pieces}: {error}"
+            );
+        }
+    }
+}
+
 /// A rate s = v - b with b' = β, driven by a force that jumps at s = 0: v' = f₊ above and f₋ below. The edge is
 /// crossed if f - β has one sign, passed tangentially or left for ever otherwise.
 struct Switch {

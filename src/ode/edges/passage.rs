@@ -35,7 +35,13 @@ pub(crate) struct Passage {
     /// Latest end of the next step: the next drive edge or the end of the run.
     pub(crate) stop: f64,
     pub(crate) stats: Stats,
+    /// The end of the last fixed step in which an edge was crossed, and the crossings of each contact in it.
+    crowd: (f64, Vec<u32>),
 }
+
+/// Largest number of crossings of one contact in a step of fixed length. A motion that crosses more often is
+/// not resolved by such steps, or slides.
+const CROWD: u32 = 16;
 
 /// Number of drive edges whose mean distance is measured.
 const EDGES: u32 = 64;
@@ -69,6 +75,7 @@ impl Passage {
             unresolved: false,
             stop: edge.min(end),
             stats: Stats::default(),
+            crowd: (e.t, vec![0; if locate { e.contacts.len() } else { 0 }]),
         };
         if locate {
             passage.resolved = halves(&e.y).0.iter().any(|q| q.abs() >= passage.atol);
@@ -195,6 +202,26 @@ impl Passage {
         }
         locator.strike_at_end(e, crossings)?;
         self.stats.crossings += self.crossings.len() as u64;
+        Ok(())
+    }
+
+    /// Counts the crossings at the time `t` in a step of fixed length that ends at `until`. The parts of the
+    /// step between crossings do not shrink where a motion slides.
+    ///
+    /// # Errors
+    /// [`IntegrateError::EdgeStall`].
+    pub(crate) fn count(&mut self, t: f64, until: f64) -> Result<(), IntegrateError> {
+        let Passage { crossings, crowd: (end, counts), .. } = self;
+        if *end != until {
+            *end = until;
+            counts.fill(0);
+        }
+        for contact in crossings.iter().filter(|c| !c.rebounds).map(|c| c.contact) {
+            counts[contact] += 1;
+            if counts[contact] > CROWD {
+                return Err(IntegrateError::EdgeStall { t, contact });
+            }
+        }
         Ok(())
     }
 
