@@ -116,6 +116,16 @@ impl<'m> AtRest<'m> {
         })
     }
 
+    /// Whether the mean accelerations at rest, in all gaps and on the first flanks, are those of another sum.
+    pub(super) fn has_loads_of(&self, other: &AtRest<'_>) -> bool {
+        let rest = &self.mean.rest;
+        [&vec![Piece::Gap; self.flanks.len()], &self.flanks].into_iter().all(|pieces| {
+            let [own, of_other] = [self, other].map(|sum| sum.mean.acceleration(Some(pieces), rest));
+            let changes: Vec<f64> = own.iter().zip(&of_other).map(|(a, b)| a - b).collect();
+            self.excess(pieces, &changes, rest, rest) <= 1.0
+        })
+    }
+
     /// Coordinates whose accelerations on fixed pieces are those of a rigid motion, by Newton's method.
     pub(super) fn balanced(&self, pieces: &[Piece], from: &[f64]) -> Result<Balanced, LinearError> {
         if from.len() >= SPARSE_FROM

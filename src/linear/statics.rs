@@ -102,8 +102,8 @@ const CONFIRMED: usize = 128;
 /// A contact that carries nothing stands halfway between the positions in which its two flanks would rest, if
 /// the others allow it. With a constant stiffness this is the middle of its gap.
 ///
-/// If no pieces carry the mean load for the whole period, as with a lever that varies over the period, and a
-/// finer sum has the same mean loads, the state is that at t = 0 and says so ([`StaticState::instant`]).
+/// If no pieces carry the mean load for the whole period, as with a lever that varies, and a finer sum has
+/// the same mean loads or no state on flanks, the state is that at t = 0 ([`StaticState::instant`]).
 ///
 /// A position balances if the acceleration that is left in each coordinate is at most 1e-9 of the load of
 /// this coordinate, its acceleration in the gap, besides the rounding of the terms whose sum it is. Rigid
@@ -155,12 +155,18 @@ fn mean_state(model: &dyn Periodic) -> Result<(StaticState, Option<Points>), Lin
         let found = match search.find() {
             Err(error) if is_lost(&error) => {
                 // A coarse sum may lose the balance of loads that a finer one has.
-                panels = (2 * panels).max(CONFIRMED.div_ceil(intervals));
-                let finer = (panels * intervals <= PANELS[1])
-                    .then(|| AtRest::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid));
-                match finer.filter(|finer| !finer.has_loads_of(&search)) {
-                    Some(finer) => search = finer,
-                    None => return Ok((at_first()?, None)),
+                loop {
+                    panels = (2 * panels).max(CONFIRMED.div_ceil(intervals));
+                    let finer =
+                        (panels * intervals <= PANELS[1]).then(|| Instants::of(model, &bounds, panels));
+                    let finer = finer.map(|instants| AtRest::new(model, 0.0, instants, &rigid));
+                    match finer.filter(|finer| !finer.has_loads_of(&search)) {
+                        Some(finer) => search = finer,
+                        None => return Ok((at_first()?, None)),
+                    }
+                    if search.by_flanks().is_ok() {
+                        break;
+                    }
                 }
                 continue;
             }
@@ -261,16 +267,6 @@ impl AtRest<'_> {
     /// Whether a state that was found with fewer instants balances.
     fn confirms(&self, found: &StaticState) -> bool {
         self.balances(&found.pieces, found)
-    }
-
-    /// Whether the mean accelerations at rest, in all gaps and on the first flanks, are those of another sum.
-    fn has_loads_of(&self, other: &AtRest<'_>) -> bool {
-        let rest = &self.mean.rest;
-        [&vec![Piece::Gap; self.flanks.len()], &self.flanks].into_iter().all(|pieces| {
-            let [own, of_other] = [self, other].map(|sum| sum.mean.acceleration(Some(pieces), rest));
-            let changes: Vec<f64> = own.iter().zip(&of_other).map(|(a, b)| a - b).collect();
-            self.excess(pieces, &changes, rest, rest) <= 1.0
-        })
     }
 
     /// Whether the position of a state balances on `pieces` as on its own, within the rounding of these.
