@@ -102,9 +102,9 @@ pub enum ParameterError {
          contacts: make the observer of the model of the run", .own[0], .own[1], .other[0], .other[1]
     )]
     OtherModel {
-        /// Coordinates and contacts of the model of the observer.
+        /// Numbers of coordinates and of contacts of the model for which the observer was made.
         own: [usize; 2],
-        /// Coordinates and contacts of the model of the run.
+        /// Numbers of coordinates and of contacts of the model that the run integrates.
         other: [usize; 2],
     },
     /// A body that a machine does not name, or that does not turn evenly.

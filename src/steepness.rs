@@ -9,10 +9,10 @@ const WAY: f64 = 2.0;
 /// Beyond ±FAR e^w is negligible beside 1, or 1 beside it: half of the way back is left out.
 const FAR: f64 = 30.0;
 
-/// Largest number of varying factors in a product that the step rule judges by its Taylor coefficients. The
-/// coefficients of a product of more factors may be below rounding at the start of a step, although the
-/// product is large later in the step. Example: from rest each factor begins with t², and a product of n
-/// factors begins with t^(2n).
+/// Largest number of varying factors in a product for which the last Taylor coefficients suffice to choose
+/// the step. In a product of more factors these coefficients may be below rounding at the start of a step,
+/// and the product may still be large later in the step. Example: from rest each factor begins with t², and a
+/// product of n factors begins with t^(2n).
 pub(crate) const HIGH_DEGREE: usize = 7;
 
 /// The way of the argument of a sine in which it, and a product of high degree in which it is a factor,

@@ -150,7 +150,7 @@ impl Mode {
     }
     /// For a rigid motion, the largest frequency that the rounding of the Jacobian may hide [rad per time
     /// unit], to first order; 0 for any other mode. A soft support whose frequency lies below it cannot be
-    /// told from none: beside stiffnesses of 1e14 N/m on 1 kg, it is a few tenths of 1 rad/s.
+    /// told from none. Two masses of 1 kg on a spring of 1e14 N/m may hide up to 1 rad/s.
     pub fn hidden_frequency(&self) -> f64 {
         if self.rigid { self.error.sqrt() } else { 0.0 }
     }

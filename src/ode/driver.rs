@@ -28,7 +28,7 @@ pub(crate) fn drive<T: Tableau>(task: Task<'_>) -> Result<Finish, IntegrateError
     if !locate {
         model.offers().refuse_stops(|contact| IntegrateError::StopNotLocated { contact })?;
         task.start.check(model.dof())?;
-        IntegrateError::refuse_negative_gap(model, task.start)?;
+        IntegrateError::of_start(model, task.start)?;
     }
     match (model.dof(), locate && model.contacts() > 0) {
         (1, false) => integrate::<T, [f64; 2], false>(task),

@@ -241,7 +241,8 @@ pub enum IntegrateError {
     OtherOrbit {
         /// Index of the segment, from 0.
         segment: usize,
-        /// Largest distance of a coordinate or velocity, as a share of its range.
+        /// Largest difference between the end of the segment and the next node in a coordinate or velocity,
+        /// as a share of the range of that component `[1]`.
         miss: f64,
     },
     /// The [`Budget`](crate::Budget) of the call is spent, or the call was cancelled.

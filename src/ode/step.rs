@@ -188,8 +188,8 @@ pub trait Observer {
     /// Called after each accepted step, in order of time. `Break` stops the run.
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()>;
 
-    /// Whether the observer can follow a model with `dof` coordinates and `contacts` contacts. A run asks
-    /// before its first step. Default: an observer can follow any model.
+    /// Whether the observer can follow a model with `dof` coordinates and `contacts` contacts. A run calls
+    /// this method before its first step. The default accepts every model.
     ///
     /// # Errors
     /// [`ParameterError::OtherModel`] from an observer that was made for a model of another shape.

@@ -33,7 +33,8 @@ pub enum Warning {
     /// Meshes with gears on one body vary over their teeth, and more than one of them states no phase. What
     /// the train does depends on the phases between them.
     PhaseUnstated,
-    /// A value is a thousand times off what steel gears have. Dimensionless trains accept this.
+    /// A value is a thousand times off what steel gears have, or a wave of a mesh repeats as often in a mesh
+    /// cycle as one of its gears has teeth. Dimensionless trains accept this.
     UnusualValue,
 }
 

@@ -2,7 +2,7 @@
 
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
-use crate::model::structure::gaps::contacts_at;
+use crate::model::structure::gaps::{contacts_at, is_in_order};
 use crate::model::{Model, State};
 use crate::numeric::spread::sign_patterns;
 use crate::ode::integrate_error::IntegrateError;
@@ -271,8 +271,7 @@ impl<'m, V: Vector> Ends<'m, V> {
         self.kink_rates.write(self.model, &self.pieces, times, [u, q, v], &mut self.contacts);
     }
 
-    /// Checks that no gap of the last evaluation is negative and that no edge and no deflection is NaN. In a
-    /// negative gap, the acceleration on fixed pieces and the acceleration of the model itself would differ.
+    /// [`IntegrateError::of_contacts`] for the contacts of the last evaluation.
     #[inline(always)]
     pub(crate) fn check_gaps(&self, t: f64) -> Result<(), IntegrateError> {
         IntegrateError::of_contacts(t, &self.contacts)
@@ -280,11 +279,11 @@ impl<'m, V: Vector> Ends<'m, V> {
 }
 
 impl IntegrateError {
-    /// Refuses a start with a negative gap, on behalf of steps that do not locate edges.
+    /// Checks the contacts at a start, for steps that do not locate edges.
     ///
     /// # Errors
     /// As [`of_contacts`](Self::of_contacts).
-    pub(crate) fn refuse_negative_gap(model: &dyn Model, start: &State) -> Result<(), Self> {
+    pub(crate) fn of_start(model: &dyn Model, start: &State) -> Result<(), Self> {
         IntegrateError::of_contacts(start.t, &contacts_at(model, start))
     }
 
@@ -295,8 +294,7 @@ impl IntegrateError {
     #[inline(always)]
     pub(crate) fn of_contacts(t: f64, contacts: &[Contact]) -> Result<(), Self> {
         for (contact, c) in contacts.iter().enumerate() {
-            let in_order = c.lower <= c.upper;
-            if !in_order {
+            if !is_in_order(c) {
                 return Err(IntegrateError::NegativeGap { t, contact, lower: c.lower, upper: c.upper });
             }
             if c.deflection.is_nan() {

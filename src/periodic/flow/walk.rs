@@ -74,22 +74,25 @@ impl<'m> Walk<'m> {
         Ok(finish)
     }
 
-    /// Integrates over all segments, until the observer stops.
+    /// Integrates over all segments, until the observer stops. `closes`: the check of the end of a segment,
+    /// given by its index and the state there.
     pub(crate) fn follow(
         &self,
         states: &[State],
         end: f64,
         observer: &mut dyn Observer,
         meter: &Meter<'_>,
+        closes: &dyn Fn(usize, &State) -> Result<(), IntegrateError>,
     ) -> Result<Stats, SegmentError> {
         let mut all = Stats::default();
         for (segment, node, until) in segments(states, end) {
-            let finish =
-                self.run(node, until, observer, meter).map_err(|error| SegmentError { segment, error })?;
+            let of_segment = |error| SegmentError { segment, error };
+            let finish = self.run(node, until, observer, meter).map_err(of_segment)?;
             all.add(&finish.stats);
             if finish.stopped {
                 break;
             }
+            closes(segment, &finish.state).map_err(of_segment)?;
         }
         Ok(all)
     }

@@ -4,7 +4,7 @@ use crate::model::{Model, State};
 use crate::ode::budget::Meter;
 use crate::ode::{Budget, IntegrateError, Observer, Stats, Step};
 use crate::periodic::flow::flow_method::FlowMethod;
-use crate::periodic::flow::walk::{Walk, segments};
+use crate::periodic::flow::walk::{SegmentError, Walk};
 use crate::periodic::multipliers::{Multipliers, Stability};
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use crate::periodic::shooting::segments::Segments;
@@ -228,20 +228,12 @@ impl ShootingOrbit {
         observer.fits(model.dof(), model.contacts())?;
         let OrbitParts { states, end, .. } = &self.parts;
         states[0].check(model.dof())?;
-        let walk = Walk::new(model, &self.parts.scale, self.parts.flow, self.parts.method);
-        let mut all = Stats::default();
-        for (segment, node, until) in segments(states, *end) {
-            let finish = walk.run(node, until, observer, meter)?;
-            all.add(&finish.stats);
-            if finish.stopped {
-                break;
-            }
-            self.closes(segment, &finish.state)?;
-        }
-        Ok(all)
+        Walk::new(model, &self.parts.scale, self.parts.flow, self.parts.method)
+            .follow(states, *end, observer, meter, &|segment, reached| self.closes(segment, reached))
+            .map_err(|SegmentError { error, .. }| error)
     }
 
-    /// Whether a segment ends at the node after it: it does with the model of the orbit.
+    /// Checks that a segment ends at the node after it. With the model of the orbit it does.
     ///
     /// # Errors
     /// [`IntegrateError::OtherOrbit`].

@@ -42,7 +42,7 @@ impl LaneRun {
     pub(crate) fn of<G: Shape>(job: &Job<Machine<G>>) -> Result<Self, PointError> {
         let (model, constants) = (&job.model, own_drives(&*job.model));
         model.offers().refuse_stops(|contact| IntegrateError::StopNotLocated { contact })?;
-        IntegrateError::refuse_negative_gap(&**model, &job.start)?;
+        IntegrateError::of_start(&**model, &job.start)?;
         if let Some(bad) = constants.iter().position(|x| !x.is_finite()) {
             return Err(TableError::NotFinite {
                 drive: model.size().waves + bad,

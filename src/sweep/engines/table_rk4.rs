@@ -69,7 +69,7 @@ impl<M: Periodic> SweepEngine<M> for TableRk4 {
             let Ok(kinds) = kinds(&model, channels) else { return };
             let not_located = |contact| IntegrateError::StopNotLocated { contact };
             let admitted = model.offers().refuse_stops(not_located);
-            if let Err(error) = admitted.and_then(|()| IntegrateError::refuse_negative_gap(&model, &start)) {
+            if let Err(error) = admitted.and_then(|()| IntegrateError::of_start(&model, &start)) {
                 waiting.extend(refuse(source, index, error.into()));
                 continue;
             }

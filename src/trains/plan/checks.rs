@@ -14,10 +14,10 @@ const MESH_STIFFNESS: [f64; 2] = [1e6, 1e12];
 const MODULE: [f64; 2] = [1e-5, 0.2];
 /// Working pressure angles `[rad]`: up to 45°.
 const PRESSURE_ANGLE: [f64; 2] = [0.0, TAU / 8.0];
-/// Half backlashes, and sizes of transmission errors `[m]`.
+/// Half of a backlash, and the largest absolute value of a transmission error `[m]`.
 const HALF_BACKLASH: [f64; 2] = [0.0, 1e-2];
 
-/// Number of angles at which the size of a transmission error is taken.
+/// Number of mesh angles at which a transmission error is evaluated.
 const ERRORS: u32 = 32;
 
 impl<N: Nonlinearity> Topology<'_, N> {

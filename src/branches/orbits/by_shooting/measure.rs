@@ -33,7 +33,13 @@ pub(crate) fn measure(
         let mut second = (&mut tracer, &mut along);
         let mut third = (&mut second, &mut symmetries);
         Walk::new(plain, curve.scale(), curve.flow_tolerance(), passage.method())
-            .follow(&passage.states, passage.end, &mut (&mut first, &mut third), curve.meter())
+            .follow(
+                &passage.states,
+                passage.end,
+                &mut (&mut first, &mut third),
+                curve.meter(),
+                &|_, _| Ok(()),
+            )
             .map_err(OrbitCurve::failed)?;
     }
     let summaries = names.iter().filter_map(|name| statistics.summary(name).ok()).collect();

@@ -4,8 +4,8 @@ use crate::steepness::HIGH_DEGREE;
 use crate::tape::operations::{Op, Tape};
 
 /// For each slot an upper bound of the number of coordinates, velocities and drives that are multiplied in
-/// it. A sine or cosine counts twice: beside its extremes it is as flat as a square. `drive`: what a drive
-/// counts.
+/// it. A sine or cosine counts twice, because it is as flat as a square beside its extremes. Each drive
+/// counts as `drive` factors.
 fn degrees(tape: &Tape, drive: usize) -> Vec<usize> {
     let mut degrees = vec![1; 2 * tape.dof];
     degrees.resize(tape.inputs(), drive);
