@@ -283,7 +283,10 @@ impl AtRest<'_> {
         let mut pieces = self.flanks.clone();
         // Flanks that a contact has left because it pulled.
         let mut left = vec![[false; 2]; pieces.len()];
-        for _ in 0..TRIES {
+        let mut tried = Vec::new();
+        // What was tried before would repeat for ever.
+        while tried.len() < TRIES && !tried.contains(&(pieces.clone(), left.clone())) {
+            tried.push((pieces.clone(), left.clone()));
             let (q, acceleration) = self.balanced(&pieces, &mean.rest)?;
             let contacts = mean.contacts(&q);
             let near = rounding(&contacts);
@@ -294,7 +297,7 @@ impl AtRest<'_> {
             }
             pieces = found;
         }
-        Err(LinearError::NoContactState { tried: TRIES })
+        Err(LinearError::NoContactState { tried: tried.len() })
     }
 
     /// The end of the motion q' = a(q) from `start`, without its rigid part. `None`: no contact state of this
