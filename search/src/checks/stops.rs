@@ -18,7 +18,7 @@ const STEPS: f64 = 400.0;
 /// Impacts closer than this share of a step are not resolved, and a collapse between two stops has more of them
 /// than this, in three runs.
 const CLOSE: f64 = 1e-6;
-const COLLAPSE: usize = 60;
+const COLLAPSE: usize = 12;
 
 /// A small difference.
 const BESIDE: f64 = 1e-7;

@@ -71,7 +71,7 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
         self.divide(&a, b, [VANISHED, FLAT].map(|share| share * step), &mut places)?;
         for two in places.windows(2) {
             let found = self.found.len();
-            self.search_part(&two[0], &two[1], MAX_HALVINGS)?;
+            self.search_apart(&two[0], &two[1], SAME_TIME * step)?;
             let is_explained = explain_the_sequence(
                 self.found[found..].iter().map(|(.., extremum)| extremum),
                 &two[0].trace,
@@ -137,6 +137,36 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
         }
         places.push(b);
         Ok(())
+    }
+
+    /// Locates the grazings of a part. Two grazings may hide two others, whose changes of the sequence cancel
+    /// each other: places between the grazings that are found divide the part until no more are found.
+    fn search_apart(&mut self, a: &Traced, b: &Traced, same: f64) -> Result<(), CurveError> {
+        let (first, left) = (self.found.len(), self.unexplained.len());
+        self.search_part(a, b, MAX_HALVINGS)?;
+        loop {
+            let mut sigmas: Vec<f64> = self.found[first..].iter().map(|(sigma, ..)| *sigma).collect();
+            sigmas.sort_by(f64::total_cmp);
+            sigmas.dedup_by(|after, before| *after - *before <= same);
+            if sigmas.len() < 2 || self.unexplained.len() > left {
+                return Ok(());
+            }
+            let mut places = vec![a.clone()];
+            for two in sigmas.windows(2) {
+                places.push(self.at(0.5 * (two[0] + two[1]))?);
+            }
+            places.push(b.clone());
+            let known = self.found.split_off(first);
+            for two in places.windows(2) {
+                self.search_part(&two[0], &two[1], MAX_HALVINGS)?;
+            }
+            if self.found.len() - first <= known.len() {
+                self.found.truncate(first);
+                self.found.extend(known);
+                self.unexplained.truncate(left);
+                return Ok(());
+            }
+        }
     }
 
     /// Locates the grazings that explain the contact sequences at both ends of a part.
