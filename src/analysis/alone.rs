@@ -1,7 +1,7 @@
 //! Coordinates that nothing connects, while a motion settles.
 
 use crate::model::State;
-use crate::model::structure::unconnected::unconnected;
+use crate::model::structure::drifts::unconnected;
 
 /// While the other coordinates are at the distance δ from their orbit, the velocity may change in a period by
 /// this factor times δ times its range `[1]`.

@@ -2,6 +2,7 @@
 //! differences and errors.
 
 use crate::contact::Piece;
+use crate::model::structure::drifts::Drifts;
 use crate::model::structure::sizing::Sizing;
 use crate::model::{Model, State};
 use crate::numeric::norms::remove;
@@ -9,14 +10,14 @@ use crate::ode::{Observer, Step};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-/// Minimum, maximum and size of every coordinate and velocity over a motion, without rigid motion.
+/// Minimum, maximum and size of every coordinate and velocity over a motion, without drifts.
 ///
 /// The unit of component i at a tolerance τ is max(range_i, k ε/τ size_i), with range_i = max - min, ε =
 /// 2.2e-16 and the number k of rounding errors: a difference of τ units is then above rounding. The size is
 /// the sum of the terms of which the component is made ([`Sizing`]). A component that rests because its terms
 /// cancel, such as the difference of two equal planets, has no range, and its size is that of the terms.
 pub(crate) struct MotionSize {
-    rigid: Vec<Vec<f64>>,
+    drifts: Drifts,
     y: Vec<f64>,
     /// A state inside a step.
     inside: Vec<f64>,
@@ -71,12 +72,11 @@ const BESIDE: f64 = 1e-6;
 const OF_REST: f64 = 16.0;
 
 impl MotionSize {
-    /// `rigid`: orthonormal directions of rigid motion in the coordinates. If they leave no relative motion,
-    /// they are ignored.
-    pub(crate) fn new(dof: usize, rigid: &[Vec<f64>]) -> Self {
+    /// If rigid motions leave no relative motion, no drift is removed.
+    pub(crate) fn new(dof: usize, drifts: &Drifts) -> Self {
         let m = 2 * dof;
         MotionSize {
-            rigid: if rigid.len() < dof { rigid.to_vec() } else { Vec::new() },
+            drifts: if drifts.speeds.len() < dof { drifts.clone() } else { Drifts::default() },
             y: vec![0.0; m],
             inside: vec![0.0; m],
             low: vec![f64::INFINITY; m],
@@ -104,9 +104,11 @@ impl MotionSize {
         self.y[..n].copy_from_slice(q);
         self.y[n..].copy_from_slice(v);
         self.sizes.iter_mut().zip(&self.y).for_each(|(size, y)| *size = size.max(y.abs()));
-        for r in &self.rigid {
+        for ((directions, half), part) in
+            self.drifts.halves().into_iter().zip(self.sizes.chunks_exact_mut(n)).zip([q, v])
+        {
             // y - r (rᵀ y) has the terms of the sum rᵀ y as well.
-            for (half, part) in self.sizes.chunks_exact_mut(n).zip([q, v]) {
+            for r in directions {
                 let sum: f64 = r.iter().zip(part).map(|(r, y)| (r * y).abs()).sum();
                 half.iter_mut().zip(r).for_each(|(size, r)| *size = size.max(r.abs() * sum));
             }
@@ -184,12 +186,11 @@ impl MotionSize {
         kept.iter().for_each(|Kept { pieces, step, state }| add(pieces, state, *step));
     }
 
-    /// y ← y - Σ_r r (rᵀ y), for coordinates and velocities: removes rigid motion.
+    /// y ← y - Σ_r r (rᵀ y), for coordinates and velocities: removes drifts.
     fn relative(&mut self) {
-        let (q, v) = self.y.split_at_mut(self.low.len() / 2);
-        for r in &self.rigid {
-            remove(r, q);
-            remove(r, v);
+        let halves = self.y.chunks_exact_mut(self.low.len() / 2);
+        for (directions, half) in self.drifts.halves().into_iter().zip(halves) {
+            directions.iter().for_each(|r| remove(r, half));
         }
     }
 
@@ -244,7 +245,7 @@ impl MotionSize {
         self.ranges().iter().zip(&self.sizes).map(|(range, size)| range.max(share * size)).collect()
     }
 
-    /// max_i |Δy_i|/unit_i at a tolerance, with Δy = a - b without rigid motion. The states are coordinates,
+    /// max_i |Δy_i|/unit_i at a tolerance, with Δy = a - b without drifts. The states are coordinates,
     /// then velocities. As a share of its range a velocity is not better known than its coordinate.
     pub(crate) fn distance(&mut self, a: &[f64], b: &[f64], tolerance: f64) -> f64 {
         let (n, share) = (self.low.len() / 2, self.rounding() / tolerance);

@@ -9,8 +9,7 @@ use crate::linear::LinearError;
 use crate::linear::statics::default_start;
 use crate::model::equations::early;
 use crate::model::period::check_period;
-use crate::model::structure::rigid::rigid_modes;
-use crate::model::structure::unconnected::accelerates;
+use crate::model::structure::drifts::{Drifts, accelerates};
 use crate::model::{Periodic, State};
 use crate::ode::{Budget, Exhausted, IntegrateError, Integrator, Observer, Step};
 use thiserror::Error;
@@ -18,12 +17,13 @@ use thiserror::Error;
 /// Integrates until the state repeats: settling to a periodic orbit.
 ///
 /// It also finds the smallest period multiple p of the orbit.
-/// A start later than 2²⁰ periods begins at the same instant of the first period, whose time is not rounded
+/// A start later than 64 periods begins at the same instant of the first period, whose time is not rounded
 /// so coarsely.
 ///
 /// The state repeats if max_i |y_i(t) - y_i(t - p T)|/range_i is at most the tolerance p + 1 times in a row,
 /// with the coordinates and velocities y_i and the period T of the drives. range_i is max - min of y_i; with
-/// each period the ranges so far are halved. Rigid motion is removed from the states and the ranges.
+/// each period the ranges so far are halved. Rigid motion is removed from the states and the ranges, and so
+/// are places of which only the velocity acts, as the angle of a rotor that a drag holds.
 /// Therefore connected bodies may turn and accelerate together. A coordinate that nothing connects to others
 /// or to the ground must keep its mean velocity ([`SettleError::Accelerates`]).
 ///
@@ -124,9 +124,9 @@ impl Settle {
         let mut section: Vec<Vec<f64>> = vec![joined(&start)];
         let (mut last, mut sizes) = (start.clone(), Vec::new());
         // Where all motions are rigid, no relative motion would be left: the state itself has to repeat.
-        let rigid = rigid_modes(model, period);
-        let mut motion = MotionSize::new(model.dof(), &rigid);
-        let mut alone = Alone::new(&rigid);
+        let drifts = Drifts::of(model, period);
+        let mut motion = MotionSize::new(model.dof(), &drifts);
+        let mut alone = Alone::new(&drifts.speeds);
         // Number of consecutive periods at which the state has repeated after p = 1, 2, ... periods.
         let mut repeated = vec![0; self.max_period_multiple];
         let mut distances = vec![f64::INFINITY; self.max_period_multiple];
@@ -202,7 +202,7 @@ impl Settle {
                 }
             }
         }
-        if rigid.len() == model.dof()
+        if drifts.speeds.len() == model.dof()
             && let [.., before, now] = &section[..]
             && let Some((coordinate, gain)) = alone.accelerates(now, before, self.tolerance)
         {

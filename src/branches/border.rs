@@ -7,13 +7,12 @@ use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::linear::static_state;
 use crate::model::recording::{Terms, TermsScratch};
-use crate::model::structure::rigid::rigid_modes;
+use crate::model::structure::drifts::Drifts;
 use crate::model::structure::slopes::{accelerate, offered};
 use crate::model::{Jacobian, Model, Offers, Periodic, State};
 use crate::numeric::search::brent::Brent;
 use crate::numeric::search::parabola::vertex;
 use crate::ode::Budget;
-use crate::periodic::shooting::segments::orthonormal;
 use crate::periodic::{Multipliers, Variation};
 
 /// What the size of a motion is compared with.
@@ -169,7 +168,7 @@ fn without_gaps(
 ) -> Option<Multipliers> {
     let period = multiple as f64 * model.period();
     let unit = vec![1.0; 2 * model.dof()];
-    let rigid = orthonormal(&rigid_modes(model, model.period()), &unit);
+    let rigid = Drifts::of(model, model.period()).basis(&unit);
     let along = |flank: Piece, start: &State| {
         let on_flank = OnFlank { model, pieces: vec![flank; model.contacts()] };
         let passage = Variation::new().budget(budget.clone()).run(&on_flank, start, start.t + period).ok()?;

@@ -216,12 +216,17 @@ fn contact_of([deflection, rate, lower, upper, lower_rate, upper_rate, force]: [
     Contact { deflection, rate, lower, upper, lower_rate, upper_rate, force }
 }
 
+/// Number of evenly spaced instants in a period that panels do not resolve: a prime number, which no order
+/// divides.
+pub(crate) const SPREAD: usize = 65_537;
+
 /// Number of times that a panel is halved at most.
 const HALVINGS: usize = 7;
 
 /// The mean contacts of a model in a position over a period, by Gauss sums on `panels` panels between two
 /// `bounds` each. A force by deflection has a kink where the teeth part. A panel is halved until no mean
-/// force changes by more than `agree`, so that points gather at the kinks.
+/// force changes by more than `agree`, so that points gather at the kinks. A period of many cycles without
+/// edges that this does not resolve is summed at even instants, which are exact for its orders.
 pub(crate) fn mean_contacts(
     model: &dyn Periodic,
     q: &[f64],
@@ -240,6 +245,7 @@ pub(crate) fn mean_contacts(
         span: bounds[bounds.len() - 1] - bounds[0],
         agree,
         all: vec![[0.0; 7]; n],
+        unresolved: 0,
     };
     for bound in bounds.windows(2) {
         let h = (bound[1] - bound[0]) / panels as f64;
@@ -249,8 +255,14 @@ pub(crate) fn mean_contacts(
             sums.refine(ends, whole, HALVINGS);
         }
     }
+    if bounds.len() == 2 && sums.unresolved > KINKS * n {
+        return Mean::new(model, Instants::spread(model, SPREAD)).contacts(q);
+    }
     sums.all.into_iter().map(contact_of).collect()
 }
+
+/// Number of panels with kinks of a contact that may stay unresolved: their share in the mean is small.
+const KINKS: usize = 64;
 
 /// Sums of contacts over panels.
 struct PanelSums<'m> {
@@ -264,6 +276,8 @@ struct PanelSums<'m> {
     span: f64,
     agree: f64,
     all: Vec<[f64; 7]>,
+    /// Number of panels that their halves do not agree with after all halvings.
+    unresolved: usize,
 }
 
 impl PanelSums<'_> {
@@ -288,6 +302,7 @@ impl PanelSums<'_> {
         let force = |i: usize| left[i][6] + right[i][6];
         let is_same = (0..whole.len()).all(|i| (force(i) - whole[i][6]).abs() <= self.agree);
         if is_same || halvings == 0 {
+            self.unresolved += usize::from(!is_same);
             for half in [&left, &right] {
                 self.all
                     .iter_mut()

@@ -3,9 +3,9 @@
 use crate::contact::{Contact, Piece};
 use crate::error::check;
 use crate::linear::balanced::AtRest;
-use crate::linear::instants::{Instants, mean_contacts, smooth_intervals};
+use crate::linear::instants::{Instants, SPREAD, mean_contacts, smooth_intervals};
 use crate::linear::modes::LinearError;
-use crate::model::structure::rigid::rigid_modes;
+use crate::model::structure::drifts::Drifts;
 use crate::model::{Periodic, State};
 use crate::numeric::norms::largest;
 use nalgebra::DMatrix;
@@ -32,13 +32,13 @@ use nalgebra::DMatrix;
 pub struct StaticState {
     /// The time whose loads and drives the state balances; `None`: their means over a period.
     pub instant: Option<f64>,
-    /// The state at rest at the time t: a start of integrations and solvers. A rigid motion of the model is
-    /// left at rest.
+    /// The state at rest at the time t: a start of integrations and solvers. A rigid motion of the model, or
+    /// one that only a drag resists, is left at rest.
     pub state: State,
     /// Contacts with their deflections, edges and forces: means over the period, or those at the instant.
     /// Forces are by deflection: their mean exceeds the mean load where the teeth part in some instants of
     /// the period. Panels of the sum are then halved until no mean force changes by more than 1e-7 of the
-    /// largest.
+    /// largest; a period that is not resolved so is summed at 65 537 even instants if no drive jumps in it.
     pub contacts: Vec<Contact>,
     /// The piece of each contact.
     pub pieces: Vec<Piece>,
@@ -58,9 +58,6 @@ const RESTS: usize = 12;
 
 /// Maximum number of intervals between two edges of the drives in the mean over a period.
 const INTERVALS: usize = 16_384;
-
-/// Number of evenly spaced instants in a period with more edges: a prime number, which no order divides.
-const SPREAD: usize = 65_537;
 
 /// Distance of a deflection from an edge on which it rests, as a share of the largest deflection.
 const NEAR: f64 = 1e-12;
@@ -127,10 +124,10 @@ pub(crate) fn default_start(model: &dyn Periodic) -> Result<State, LinearError> 
     Ok(mean_state(model)?.0.state)
 }
 
-/// The directions of rigid motions, one in each column.
+/// The directions that no stiffness resists, one in each column.
 fn rigid_columns(model: &dyn Periodic) -> DMatrix<f64> {
-    let rigid = rigid_modes(model, model.period());
-    DMatrix::from_fn(model.dof(), rigid.len(), |i, j| rigid[j][i])
+    let Drifts { places, .. } = Drifts::of(model, model.period());
+    DMatrix::from_fn(model.dof(), places.len(), |i, j| places[j][i])
 }
 
 /// The bounds of smooth intervals, and the number of panels in each, of a sum that confirms a state.

@@ -227,8 +227,9 @@ pub trait Periodic: Model {
     fn period(&self) -> f64;
 }
 
-/// Number of periods from which on a time is late: its rounding exceeds 1e-10 of the period.
-const LATE: f64 = (1u64 << 20) as f64;
+/// Number of periods from which on a time is late: its rounding exceeds 1e-14 of the period, in which drives
+/// may make many cycles.
+const LATE: f64 = 64.0;
 
 /// The instant in the first period at which the drives are those of a late time `t`; `t` itself if it is not
 /// late, or if the period is not positive. The remainder is exact, and steps from it are not lost in the

@@ -236,7 +236,7 @@ pub enum IntegrateError {
     /// orbit was changed by hand.
     #[error(
         "segment {segment} of the orbit ends {miss:.1e} of the range of the motion beside the node after it: give the \
-         model of the orbit (segments count from 0)"
+         model of the orbit, or shoot over more segments if it is far from stable (segments count from 0)"
     )]
     OtherOrbit {
         /// Index of the segment, from 0.

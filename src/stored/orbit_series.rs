@@ -35,6 +35,9 @@ struct StoredFourierOrbit {
     /// One list for each coordinate.
     coefficients: Vec<Vec<f64>>,
     mean_acceleration: Vec<f64>,
+    /// Absent in files of versions without it.
+    #[serde(default)]
+    mean_velocity: Vec<f64>,
     notes: Vec<BalanceNote>,
     iterations: usize,
     evaluations: usize,
@@ -49,6 +52,7 @@ impl Serialize for FourierOrbit {
             period: self.period(),
             coefficients: (0..self.dof()).map(|j| self.coefficients(j).to_vec()).collect(),
             mean_acceleration: self.mean_acceleration.clone(),
+            mean_velocity: self.mean_velocity.clone(),
             notes: self.notes.clone(),
             iterations: self.iterations,
             evaluations: self.evaluations,
@@ -63,10 +67,15 @@ impl<'de> Deserialize<'de> for FourierOrbit {
         let stored = StoredFourierOrbit::deserialize(deserializer)?;
         let orbit = FourierOrbit::new(&stored.harmonics, stored.period, &stored.coefficients);
         let orbit = orbit.map_err(D::Error::custom)?;
-        let mean_acceleration = stored.mean_acceleration;
-        check::length("mean accelerations", mean_acceleration.len(), orbit.dof())
-            .map_err(D::Error::custom)?;
-        check::quantities("mean acceleration", &mean_acceleration).map_err(D::Error::custom)?;
+        let (mean_acceleration, mut mean_velocity) = (stored.mean_acceleration, stored.mean_velocity);
+        if mean_velocity.is_empty() {
+            mean_velocity.resize(orbit.dof(), 0.0);
+        }
+        for (name, list) in [("mean acceleration", &mean_acceleration), ("mean velocity", &mean_velocity)] {
+            check::length(format!("list of the {name}"), list.len(), orbit.dof())
+                .map_err(D::Error::custom)?;
+            check::quantities(name, list).map_err(D::Error::custom)?;
+        }
         // The residual of a series that no balance solved is NaN.
         if stored.residual < 0.0 {
             let (name, value) = ("residual".into(), stored.residual);
@@ -74,6 +83,7 @@ impl<'de> Deserialize<'de> for FourierOrbit {
         }
         Ok(FourierOrbit {
             mean_acceleration,
+            mean_velocity,
             notes: stored.notes,
             iterations: stored.iterations,
             evaluations: stored.evaluations,

@@ -36,6 +36,7 @@ mod error_texts;
 mod excitations;
 mod exports;
 mod extremes_at_jumps;
+mod first_order;
 mod floquet;
 mod fourier_waves;
 mod held_processes;

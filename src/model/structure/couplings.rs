@@ -35,6 +35,14 @@ pub(crate) struct Couplings {
     pub(crate) stiffest: f64,
 }
 
+impl Couplings {
+    /// Calls `add` with every ∂a_i/∂v_j and the speed of coordinate j, without those at rest.
+    pub(crate) fn each_by_speed(&self, i: usize, speeds: &[f64], mut add: impl FnMut(Slope, f64)) {
+        let of_row = self.list.iter().filter(|c| c.i == i && speeds[c.j] != 0.0);
+        of_row.for_each(|c| add(c.v, speeds[c.j]));
+    }
+}
+
 /// Number of instants at which the Jacobian is evaluated.
 const INSTANTS: usize = 16;
 

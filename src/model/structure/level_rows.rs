@@ -31,15 +31,14 @@ pub(super) fn sparse(rows: &DMatrix<f64>) -> Sparse {
     entries.collect()
 }
 
-/// The rows of ∂a/∂q and of ∂a/∂v on given pieces, each divided by its largest entry. `None`: the model does
-/// not know which of its entries are 0.
+/// The rows of ∂a/∂q (`velocities` false) and of ∂a/∂v (true) on given pieces, each divided by its largest
+/// entry. `None`: the model does not know which of its entries are 0.
 pub(super) fn sparse_rows(
     model: &dyn Model,
     pieces: &[Piece],
-    u: &[f64],
-    q: &[f64],
-    v: &[f64],
-) -> Option<[Sparse; 2]> {
+    velocities: &[bool],
+    [u, q, v]: [&[f64]; 3],
+) -> Option<Vec<Sparse>> {
     let n = q.len();
     let (mut rows, mut largest) = ([Vec::new(), Vec::new()], [vec![0.0f64; n], vec![0.0f64; n]]);
     let mut add = |i: usize, j: usize, x: f64| {
@@ -54,5 +53,5 @@ pub(super) fn sparse_rows(
         rows.retain(|(.., x)| *x != 0.0);
         rows.iter_mut().for_each(|(i, _, x)| *x /= largest[*i]);
     }
-    known.then_some(rows)
+    known.then(|| velocities.iter().map(|&half| std::mem::take(&mut rows[usize::from(half)])).collect())
 }

@@ -33,6 +33,11 @@ pub(crate) fn rigid_modes(model: &dyn Model, span: f64) -> Vec<Vec<f64>> {
 /// Contacts in their gaps are not evaluated, because they resist no motion. A direction that changes
 /// the deflection of a rigid stop is not a rigid motion: ∂d/∂q of these contacts counts as a Jacobian.
 pub(crate) fn rigid_motions(model: &dyn Model, span: f64) -> Rigid {
+    unresisted(model, span, &[false, true])
+}
+
+/// The same for ∂a/∂q (`velocity` false), ∂a/∂v (true) or both.
+pub(super) fn unresisted(model: &dyn Model, span: f64, velocities: &[bool]) -> Rigid {
     let n = model.dof();
     let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
     let mut u = vec![0.0; model.drives()];
@@ -52,7 +57,7 @@ pub(crate) fn rigid_motions(model: &dyn Model, span: f64) -> Rigid {
         jacobians.push(directions_of_stops(model, &u, &q));
         // A large model with one direction left: only the entries that are not 0 are made.
         if n >= LARGE && exact && free.values.len() == 1 {
-            let rows = flanks.iter().map(|flank| sparse_rows(model, flank, &u, &q, &v));
+            let rows = flanks.iter().map(|flank| sparse_rows(model, flank, velocities, [&u, &q, &v]));
             if let Some(rows) = rows.collect::<Option<Vec<_>>>() {
                 let stops = sparse(&jacobians.pop().unwrap_or_default());
                 free.one_resisted(&[vec![stops], rows.concat()].concat(), EXACT[1]);
@@ -64,7 +69,7 @@ pub(crate) fn rigid_motions(model: &dyn Model, span: f64) -> Rigid {
             if exact {
                 model.jacobian(offered(model, Some(flank)), &u, &q, &v, &mut slopes.jacobian);
             }
-            for velocity in [false, true] {
+            for &velocity in velocities {
                 let mut rounding = 0.0;
                 if !exact {
                     // In differences the rounding of spring forces hides weak dampers. Without an exact

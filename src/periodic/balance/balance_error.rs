@@ -2,7 +2,7 @@
 
 use crate::error::ParameterError;
 use crate::linear::LinearError;
-use crate::model::structure::unconnected::accelerates;
+use crate::model::structure::drifts::accelerates;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
 use thiserror::Error;
@@ -110,14 +110,13 @@ pub enum BalanceError {
         /// The last iterate.
         last: Box<FourierOrbit>,
     },
-    /// The equations do not determine a coordinate: at order 0 no stiffness acts on its mean, at another
-    /// order a resonance without damping lies there, or the orbit is at a fold.
+    /// The equations do not determine a coordinate: at order 0 neither a stiffness nor a drag acts on its
+    /// mean, at another order a resonance without damping lies there, or the orbit is at a fold.
     #[error(
         "the balance does not determine order {order} of coordinate {coordinate} after {} iterations: {}",
         last.iterations(),
         if *order == 0 {
-            "no stiffness acts on its mean; if its velocity stands for a quantity, as a current, use a run; Settle \
-             finds the motion only if the mean of that velocity is 0"
+            "neither a stiffness nor a drag acts on its mean"
         } else {
             "a resonance without damping lies at this order, or the orbit is at a fold"
         }

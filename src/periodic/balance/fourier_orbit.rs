@@ -24,6 +24,7 @@ pub struct FourierOrbit {
     pub(crate) period: f64,
     pub(crate) coefficients: Vec<f64>,
     pub(crate) mean_acceleration: Vec<f64>,
+    pub(crate) mean_velocity: Vec<f64>,
     pub(crate) notes: Vec<BalanceNote>,
     pub(crate) iterations: usize,
     pub(crate) evaluations: usize,
@@ -72,6 +73,7 @@ impl FourierOrbit {
             period,
             coefficients,
             mean_acceleration: vec![0.0; dof],
+            mean_velocity: vec![0.0; dof],
             notes: Vec::new(),
             iterations: 0,
             evaluations: 0,
@@ -95,6 +97,7 @@ impl FourierOrbit {
         }
         FourierOrbit {
             mean_acceleration: self.mean_acceleration.clone(),
+            mean_velocity: self.mean_velocity.clone(),
             ..FourierOrbit::of(harmonics, self.period / mine as f64 * theirs as f64, coefficients, n)
         }
     }
@@ -223,7 +226,9 @@ impl FourierOrbit {
                 }
             }
             for k in 0..K {
-                (q[j][k], v[j][k]) = (sum[k] + 0.5 * rigid * t[k] * t[k], omega * rate[k] + rigid * t[k]);
+                let speed = self.mean_velocity[j] + rigid * t[k];
+                q[j][k] = sum[k] + (speed - 0.5 * rigid * t[k]) * t[k];
+                v[j][k] = omega * rate[k] + speed;
             }
         }
     }
@@ -242,6 +247,12 @@ impl FourierOrbit {
     /// along it do not balance.
     pub fn mean_acceleration(&self) -> &[f64] {
         &self.mean_acceleration
+    }
+
+    /// Mean velocity of every coordinate. It is zero unless only the velocity acts along a direction of the
+    /// model, as that of a rotor that a drag holds.
+    pub fn mean_velocity(&self) -> &[f64] {
+        &self.mean_velocity
     }
 
     /// Notes on the reliability of the orbit.
@@ -276,7 +287,8 @@ impl FourierOrbit {
     /// range_j is the peak-to-peak value of q_j. For a coordinate at rest it is the largest peak-to-peak
     /// value, and if all are at rest the largest |mean|. The orbits are compared at equal shares of their
     /// periods. Rigid motions in the series count;
-    /// [`mean_acceleration`](FourierOrbit::mean_acceleration) does not. Infinite if the numbers of
+    /// [`mean_acceleration`](FourierOrbit::mean_acceleration) and
+    /// [`mean_velocity`](FourierOrbit::mean_velocity) do not. Infinite if the numbers of
     /// coordinates differ or a difference is not finite.
     pub fn distance(&self, other: &FourierOrbit) -> f64 {
         let n = self.dof();

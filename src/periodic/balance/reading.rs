@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 
 impl FourierOrbit {
     /// Orbit from a run: integrates one span from `start`, which must lie on a settled orbit, and transforms
-    /// it to the given orders. A start later than 2²⁰ periods begins at the same instant of the first period,
+    /// it to the given orders. A start later than 64 of its periods begins at the same instant of the first,
     /// whose time is not rounded so coarsely.
     ///
     /// # Errors
@@ -28,8 +28,8 @@ impl FourierOrbit {
         start: &State,
         harmonics: &Harmonics,
     ) -> Result<Self, Failed> {
-        let start = &State { t: early(start.t, model.period()), ..start.clone() };
         let span = model.period() * harmonics.period_multiple() as f64;
+        let start = &State { t: early(start.t, span), ..start.clone() };
         let (m, n) = (samples_for(harmonics.highest()), start.q.len());
         harmonics.check()?;
         check::count("numbers of the run", &[m, 2 * n], check::NUMBERS)?;
@@ -87,8 +87,9 @@ impl FourierOrbit {
         for s in 0..samples {
             let (at, t) = (s * (fine / samples), self.period * s as f64 / samples as f64);
             for j in 0..n {
-                let rigid = self.mean_acceleration[j];
-                (y[j], y[n + j]) = (z[j][at].re + 0.5 * rigid * t * t, z[j][at].im + rigid * t);
+                let (rigid, mean) = (self.mean_acceleration[j], self.mean_velocity[j]);
+                y[j] = z[j][at].re + (mean + 0.5 * rigid * t) * t;
+                y[n + j] = z[j][at].im + mean + rigid * t;
             }
             trajectory.push(t, &y);
         }
@@ -119,7 +120,7 @@ impl FourierOrbit {
     pub fn contacts(&self, model: &dyn Periodic) -> Result<Vec<ContactHistory>, ParameterError> {
         check::length("coordinates of the orbit", self.dof(), model.dof())?;
         let mut grid = Grid::new(model, &self.harmonics, samples_along(model, self));
-        grid.set(&self.coefficients);
+        grid.set(&self.coefficients, &self.mean_velocity);
         let mut crossings = Crossings::new(model.contacts(), grid.samples());
         crossings.locate(&mut grid);
         let touching = model.offers().touching(model.contacts());

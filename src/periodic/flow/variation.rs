@@ -2,6 +2,7 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::error::check;
+use crate::model::structure::drifts::Drifts;
 use crate::model::{Model, State};
 use crate::ode::budget::Meter;
 use crate::ode::{Budget, Finish, IntegrateError, Integrator, Observer, Step, Taylor};
@@ -77,7 +78,7 @@ impl Variation {
         check::tolerance("flow_tolerance", self.flow_tolerance)?;
         start.check(model.dof())?;
         let meter = self.budget.begin();
-        let mut motion = MotionSize::new(model.dof(), &[]);
+        let mut motion = MotionSize::new(model.dof(), &Drifts::default());
         motion.see(start.t, &start.q, &start.v);
         metered(start, &self.method, model, start, t_end, &mut motion.along(model), &meter)?;
         let scale = motion.units(self.flow_tolerance);

@@ -5,7 +5,7 @@ use crate::error::{ParameterError, check};
 use crate::linear::statics::default_start;
 use crate::model::equations::early;
 use crate::model::period::check_period;
-use crate::model::structure::rigid::rigid_modes;
+use crate::model::structure::drifts::Drifts;
 use crate::model::{Model, Periodic, State};
 use crate::ode::budget::Meter;
 use crate::ode::{Budget, Integrator, Observer, Step};
@@ -29,7 +29,7 @@ use std::ops::ControlFlow;
 /// give equal directions. If a direction shrinks to less than 1e-3 within a part of a period, that part is
 /// halved.
 ///
-/// Each rigid mode adds two exponents of zero.
+/// Each rigid mode adds two exponents of zero, and a coordinate of which only the velocity acts adds one.
 ///
 /// ```
 /// use gear_dynamics::{Lyapunov, State, model::from_fn};
@@ -133,7 +133,7 @@ impl Lyapunov {
     /// Computes the exponents along the motion from `start`; `None`: from the
     /// [static state](crate::linear::static_state).
     ///
-    /// A start later than 2²⁰ periods begins at the same instant of the first period, whose time is not
+    /// A start later than 64 periods begins at the same instant of the first period, whose time is not
     /// rounded so coarsely. [`run_over`](Lyapunov::run_over) keeps the time of its start.
     ///
     /// # Errors
@@ -238,7 +238,7 @@ impl Lyapunov {
             state: start.clone(),
             method: FlowMethod::Dop853,
         };
-        let mut motion = MotionSize::new(model.dof(), &rigid_modes(model, span));
+        let mut motion = MotionSize::new(model.dof(), &Drifts::of(model, span));
         if let Err(failure) = self.settle_down(model, span, &mut motion, &mut exponents.state, meter) {
             return Err(LyapunovError::after(failure, exponents));
         }

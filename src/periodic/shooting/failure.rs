@@ -3,7 +3,7 @@
 use crate::error::ParameterError;
 use crate::linear::LinearError;
 use crate::model::State;
-use crate::model::structure::unconnected::accelerates;
+use crate::model::structure::drifts::accelerates;
 use crate::ode::{Exhausted, IntegrateError};
 use thiserror::Error;
 
@@ -83,7 +83,7 @@ pub enum ShootingError {
     #[error(
         "the shooting equations are singular; component {component} of (coordinates, velocities) is \
          determined least: the orbit is at a fold or a branch point, or nothing restores this component, as teeth \
-         without a load in their gap or a coordinate whose velocity is a state of first order"
+         without a load in their gap"
     )]
     Singular {
         /// The component that the equations determine least, from 0.

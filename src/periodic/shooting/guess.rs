@@ -1,11 +1,11 @@
-//! The initial guess of shooting: checked states at the nodes, the ranges of motion, the rigid modes.
+//! The initial guess of shooting: checked states at the nodes, the ranges of motion, the drifts.
 
 use crate::analysis::motion_size::MotionSize;
 use crate::error::check;
 use crate::linear::statics::default_start;
 use crate::model::equations::early;
 use crate::model::period::check_period;
-use crate::model::structure::rigid::rigid_modes;
+use crate::model::structure::drifts::Drifts;
 use crate::model::{Model, Periodic, State};
 use crate::ode::budget::Meter;
 use crate::ode::{IntegrateError, Step};
@@ -24,10 +24,9 @@ pub(crate) struct NodePlan {
 
 pub(crate) struct Guess {
     pub(crate) states: Vec<State>,
-    /// Units of coordinates and velocities without rigid motion, then the ranges.
+    /// Units of coordinates and velocities without drifts, then the ranges.
     pub(crate) scales: [Vec<f64>; 2],
-    /// Rigid modes of the coordinates.
-    pub(crate) rigid: Vec<Vec<f64>>,
+    pub(crate) drifts: Drifts,
     /// Time at which the orbit closes.
     pub(crate) end: f64,
 }
@@ -52,7 +51,7 @@ impl Guess {
         if states.is_empty() {
             states.push(default_start(model).map_err(ShootingError::NoStaticState)?);
         }
-        let moved = states[0].t - early(states[0].t, model.period());
+        let moved = states[0].t - early(states[0].t, period);
         if moved != 0.0 {
             states.iter_mut().for_each(|state| state.t -= moved);
         }
@@ -75,8 +74,8 @@ impl Guess {
             states = (0..wanted).map(|i| states[i * states.len() / wanted].clone()).collect();
         }
         let model: &dyn Model = model;
-        let rigid = rigid_modes(model, period);
-        let mut motion = MotionSize::new(model.dof(), &rigid);
+        let drifts = Drifts::of(model, period);
+        let mut motion = MotionSize::new(model.dof(), &drifts);
         let fail = |segment: usize, error: IntegrateError, states: &[State]| {
             let last = Iterate { states: states.to_vec(), corrections: Vec::new() };
             ShootingError::of_segment(segment, error, last)
@@ -106,6 +105,6 @@ impl Guess {
             states = nodes;
         }
         let scales = [motion.units(plan.flow_tolerance), motion.ranges()];
-        Ok(Guess { states, scales, rigid, end })
+        Ok(Guess { states, scales, drifts, end })
     }
 }

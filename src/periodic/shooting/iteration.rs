@@ -92,7 +92,7 @@ impl Shooting {
             let last = Iterate { states: guess.states.clone(), corrections: Vec::new() };
             ShootingError::of_segment(0, error, last)
         })?;
-        let segments = Segments::new(model, guess.scales, &guess.rigid, guess.end, Vec::new(), expansion);
+        let segments = Segments::new(model, guess.scales, &guess.drifts, guess.end, Vec::new(), expansion);
         let mut corrections: Vec<f64> = Vec::new();
         let (mut first, mut before, mut largest) = (0.0, f64::INFINITY, (0, f64::NAN));
         let fail = |states: &[State], corrections: &[f64]| Iterate {

@@ -21,9 +21,11 @@ use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 ///
 /// The guess is a list of states of an approximate orbit at increasing times, or a single state. If the model
 /// has rigid modes (a ring), the drift over a period is an unknown, and position and speed of the rigid
-/// motion stay those of the guess. A coordinate that nothing connects must gain no velocity over a period
+/// motion stay those of the guess. Where only the velocity along a direction acts (a rotor that a drag holds,
+/// a motor current that is the velocity of a coordinate), the drift of the place is an unknown, too, and the
+/// orbit closes in the velocity. A coordinate that nothing connects must gain no velocity over a period
 /// ([`ShootingError::Accelerates`]); bodies that are connected may accelerate together. Times of a guess
-/// later than 2²⁰ periods are reduced by whole periods.
+/// later than 64 periods are reduced by whole periods.
 ///
 /// Source: Deuflhard, Newton Methods for Nonlinear Problems, Sects. 3.3 and 7.1.
 ///
@@ -195,7 +197,7 @@ impl Shooting {
         self.check(model.dof())?;
         let plan = NodePlan { segments: Some(1), ..self.plan() };
         let guess = Guess::of(model, &plan, std::slice::from_ref(start), meter)?;
-        Ok(Segments::new(model, guess.scales, &guess.rigid, guess.end, Vec::new(), Expansion::none()))
+        Ok(Segments::new(model, guess.scales, &guess.drifts, guess.end, Vec::new(), Expansion::none()))
     }
     pub(super) fn plan(&self) -> NodePlan {
         NodePlan {

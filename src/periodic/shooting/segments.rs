@@ -1,9 +1,8 @@
 //! The segments of multiple shooting: integration over all segments, and norms of the corrections.
 
 use crate::model::drive_slope::DriveSlope;
-use crate::model::structure::unconnected::unconnected;
+use crate::model::structure::drifts::{Drifts, unconnected};
 use crate::model::{Model, State};
-use crate::numeric::norms::remove;
 use crate::numeric::norms::right_vectors;
 use crate::ode::budget::Meter;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
@@ -81,13 +80,13 @@ impl<'m> Segments<'m> {
     pub(crate) fn new(
         model: &'m dyn Model,
         [scale, range]: [Vec<f64>; 2],
-        modes: &[Vec<f64>],
+        drifts: &Drifts,
         end: f64,
         forced: Vec<DriveSlope>,
         expansion: Expansion,
     ) -> Self {
-        let [rigid, rigid_of_range] = [&scale, &range].map(|unit| orthonormal(modes, unit));
-        let unconnected = unconnected(modes);
+        let [rigid, rigid_of_range] = [&scale, &range].map(|unit| drifts.basis(unit));
+        let unconnected = unconnected(&drifts.speeds);
         Segments { model, scale, range, rigid, rigid_of_range, unconnected, end, forced, expansion }
     }
 
@@ -270,18 +269,4 @@ pub(crate) fn drift(rigid: &DMatrix<f64>, slack: &DVector<f64>, scale: &[f64]) -
     let unscaled: Vec<f64> = all.iter().zip(scale).map(|(z, s)| z * s).collect();
     let (q, v) = unscaled.split_at(unscaled.len() / 2);
     [q.to_vec(), v.to_vec()]
-}
-
-/// Orthonormal rigid modes along the coordinates, then along the velocities, with each component in its unit.
-pub(crate) fn orthonormal(modes: &[Vec<f64>], unit: &[f64]) -> DMatrix<f64> {
-    let (m, n) = (unit.len(), unit.len() / 2);
-    let mut rigid: Vec<DVector<f64>> = Vec::new();
-    for half in 0..2 {
-        for mode in modes {
-            let mut r = DVector::from_fn(m, |i, _| if i / n == half { mode[i % n] / unit[i] } else { 0.0 });
-            rigid.iter().for_each(|other| remove(other.as_slice(), r.as_mut_slice()));
-            rigid.push(r.normalize());
-        }
-    }
-    if rigid.is_empty() { DMatrix::zeros(m, 0) } else { DMatrix::from_columns(&rigid) }
 }

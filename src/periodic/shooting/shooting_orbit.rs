@@ -89,7 +89,8 @@ impl ShootingOrbit {
     pub fn monodromy(&self) -> &DMatrix<f64> {
         &self.parts.monodromy
     }
-    /// Floquet multipliers: eigenvalues of the monodromy matrix without the pair 1, 1 of each rigid mode.
+    /// Floquet multipliers: eigenvalues of the monodromy matrix without the pair 1, 1 of each rigid mode and
+    /// the 1 of each place of which only the velocity acts.
     ///
     /// Their error is the change when the tolerance of the flow is 100 times larger.
     pub fn multipliers(&self) -> &Multipliers {
@@ -128,8 +129,8 @@ impl ShootingOrbit {
     pub fn accuracy(&self) -> f64 {
         self.parts.corrections.last().copied().unwrap_or(f64::INFINITY)
     }
-    /// Drift of the coordinates and of the velocities along the rigid modes in one period of the orbit; zeros
-    /// without rigid modes.
+    /// Drift of the coordinates and of the velocities in one period of the orbit, along rigid modes and along
+    /// places of which only the velocity acts; zeros without these.
     pub fn drift(&self) -> (&[f64], &[f64]) {
         (&self.parts.drift[0], &self.parts.drift[1])
     }

@@ -4,7 +4,7 @@ use crate::analysis::motion_size::MotionSize;
 use crate::analysis::returns::Return;
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
-use crate::model::structure::rigid::rigid_modes;
+use crate::model::structure::drifts::Drifts;
 use crate::model::{Periodic, State};
 use crate::numeric::moments::Moments;
 use crate::ode::probe::Probe;
@@ -45,8 +45,8 @@ pub(crate) struct Track {
     samples: Vec<f64>,
     /// Whether `samples` are states of the current period.
     under_way: bool,
-    /// The rigid modes of the model, computed at the first use.
-    rigid: Option<Vec<Vec<f64>>>,
+    /// The drifts of the model, computed at the first use.
+    drifts: Option<Drifts>,
     row: Vec<f64>,
     /// Total weight of the measured periods: their duration or their number of samples.
     weight: f64,
@@ -112,7 +112,7 @@ impl Track {
             section: [q, v].concat(),
             samples: Vec::new(),
             under_way: false,
-            rigid: None,
+            drifts: None,
             row,
             weight: 0.0,
             moments: vec![Moments::NONE; plan.layout.channels],
@@ -276,26 +276,33 @@ impl Track {
         }
     }
 
-    /// As [`repeats`](Track::repeats). If the motion as a whole does not repeat, it is compared without rigid
-    /// motion and, if `weighs` is set, above the rounding errors of its equations.
+    /// As [`repeats`](Track::repeats). If the motion as a whole does not repeat, it is compared without
+    /// drifts and, if `weighs` is set, above the rounding errors of its equations.
     fn multiple(&mut self, tolerance: f64, weighs: bool, with_model: &WithModel<'_>) -> Return {
         let n = self.plan.layout.dof;
-        let mut whole = MotionSize::new(n, &[]);
+        let mut whole = MotionSize::new(n, &Drifts::default());
         self.measure(&mut whole);
         let found = self.repeats(tolerance, &mut whole);
-        if found.multiple > 0 || n < 2 {
+        if found.multiple > 0 {
             return found;
         }
-        if let (false, Some(rigid)) = (weighs, &self.rigid) {
-            let mut relative = MotionSize::new(n, rigid);
+        let is_whole = |drifts: &Drifts| n < 2 && drifts.count() == 0;
+        if let (false, Some(drifts)) = (weighs, &self.drifts) {
+            if is_whole(drifts) {
+                return found;
+            }
+            let mut relative = MotionSize::new(n, drifts);
             self.measure(&mut relative);
             return self.repeats(tolerance, &mut relative);
         }
         let mut relative = None;
         with_model(&mut |model| {
-            let rigid = self.rigid.get_or_insert_with(|| rigid_modes(model, model.period()));
+            let drifts = self.drifts.get_or_insert_with(|| Drifts::of(model, model.period()));
+            if is_whole(drifts) {
+                return;
+            }
             let (q, v) = self.section[self.section.len() - 2 * n..].split_at(n);
-            let mut motion = MotionSize::new(n, rigid);
+            let mut motion = MotionSize::new(n, drifts);
             let mut probe = Probe::new(model);
             let step = model.period() / self.steps as f64;
             for (q, v) in self.states().map(|state| state.split_at(n)).chain([(q, v)]) {

@@ -117,7 +117,11 @@ impl Sweep {
     ///
     /// The tolerance is the maximum difference of a coordinate or velocity as a share of its range (maximum
     /// less minimum) in the last period of the drives `[1]`, positive and finite; otherwise the sweep returns
-    /// an error. If the state as a whole does not repeat, it is compared without its rigid motion.
+    /// an error. If the state as a whole does not repeat, it is compared without its rigid motion and without
+    /// places of which only the velocity acts.
+    ///
+    /// Within a period a fast vibration may be off by more than at its end, and a channel that is a small
+    /// part of a coordinate by more of its own range.
     pub fn repeat_tolerance(self, tolerance: f64) -> Self {
         Sweep { repeat: Some(tolerance), ..self }
     }

@@ -1,6 +1,7 @@
 //! The equations of an invariant circle and their Jacobian.
 
 use crate::analysis::motion_size::MotionSize;
+use crate::model::structure::drifts::Drifts;
 use crate::model::{Model, State};
 use crate::ode::IntegrateError;
 use crate::ode::budget::Meter;
@@ -58,7 +59,7 @@ impl<'m> CircleEquations<'m> {
         meter: &'m Meter<'m>,
     ) -> Result<Self, SegmentError> {
         let (nodes, width, t) = (guess.nodes(), guess.width(), guess.time());
-        let mut motion = MotionSize::new(width / 2, &[]);
+        let mut motion = MotionSize::new(width / 2, &Drifts::default());
         let states = guess.states();
         for j in (0..nodes).step_by(nodes.div_ceil(MEASURED)) {
             let (state, theta) = (&states[j], TAU * j as f64 / nodes as f64);

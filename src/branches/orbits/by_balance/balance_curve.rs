@@ -8,9 +8,10 @@ use crate::branches::orbits::by_balance::equations_over::{Any, At, EquationsOver
 use crate::branches::orbits::widths::Widths;
 use crate::branches::stability_method::StabilityMethod;
 use crate::model::Channel;
-use crate::model::structure::rigid::rigid_modes;
+use crate::model::structure::drifts::Drifts;
 use crate::ode::budget::Meter;
 use crate::ode::probe::Probe;
+use crate::periodic::balance::admission::drifts;
 use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::quadrature::panel_points::drive_edges;
 use crate::periodic::balance::quality::multipliers_of_series::{CrossingTime, Smooth};
@@ -31,11 +32,11 @@ pub(crate) struct BalanceCurve<'f> {
     beside: EquationsOver<'f>,
     slope: BalanceSlope,
     matrix: Matrix,
-    /// Scales of the coordinates, the number of unknowns of one, and the number of rigid motions.
+    /// Scales of the coordinates, the number of unknowns of one, and the sizes of the unknowns of drifts.
     pub(super) scales: Vec<f64>,
     pub(super) width: usize,
-    rigid: usize,
-    modes: Vec<Vec<f64>>,
+    drift_sizes: Vec<f64>,
+    drifts: Drifts,
     /// Ranges of motion of the coordinates.
     pub(super) ranges: Vec<f64>,
     pub(super) widths: Widths,
@@ -76,16 +77,19 @@ impl<'f> BalanceCurve<'f> {
         let near = Rc::new(orbit.clone());
         let mut equations = EquationsOver::new(family, balance, near.clone());
         let beside = EquationsOver::new(family, balance, near);
-        let (matrix, scales, rigid, modes, integrals, width) =
+        let (matrix, scales, drift_sizes, drifts, integrals, width) =
             equations.at(p, |equations, At { model, .. }| {
                 let layout = &equations.work.layout;
-                let modes = if layout.dof == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
                 let width = layout.harmonics.unknowns();
+                let unknowns = equations.unknowns(orbit);
+                // A mean speed may be far above the vibration.
+                let size = |(k, x): (usize, &f64)| if k < layout.rigid { 1.0 } else { x.abs().max(1.0) };
+                let drift_sizes = unknowns[layout.dof * width..].iter().enumerate().map(size).collect();
                 (
                     equations.matrix(),
                     layout.scales.clone(),
-                    layout.rigid.len(),
-                    modes,
+                    drift_sizes,
+                    drifts(model),
                     equations.integrals(),
                     width,
                 )
@@ -102,8 +106,8 @@ impl<'f> BalanceCurve<'f> {
             slope: BalanceSlope::new(),
             matrix,
             width,
-            rigid,
-            modes,
+            drift_sizes,
+            drifts,
             widths: Widths::new(&ranges),
             ranges,
             scales,
@@ -187,7 +191,7 @@ impl<'f> BalanceCurve<'f> {
             let smooth =
                 Smooth { breaks: ends(crossings().map(|s| s.time).collect()), jumps: point.solution.jumps };
             let again = |fewer: &FourierOrbit| fewer.crossings_near(model, crossings()).map(ends);
-            orbit.multipliers_between(model, &self.modes, &smooth, &again, &self.meter)
+            orbit.multipliers_between(model, &self.drifts, &smooth, &again, &self.meter)
         });
         found.ok()?.ok()
     }
@@ -229,8 +233,9 @@ impl Curve for BalanceCurve<'_> {
             let (range, scale) = (self.widths.units()[j], self.scales[j]);
             share * if range > AT_REST * scale { range / scale } else { 1.0 }
         };
-        DVector::from_fn(n * self.width + self.rigid, |i, _| {
-            if i < n * self.width { unit(i / self.width) } else { share }
+        let of_series = n * self.width;
+        DVector::from_fn(of_series + self.drift_sizes.len(), |i, _| {
+            if i < of_series { unit(i / self.width) } else { share * self.drift_sizes[i - of_series] }
         })
     }
 

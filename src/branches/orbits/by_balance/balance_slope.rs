@@ -83,7 +83,7 @@ impl Arrays {
         slope: &'m Any<'f>,
     ) -> bool {
         let BalanceEquations { grid, slopes: bound, work } = equations;
-        let Workspace { crossings, coefficients, integration, .. } = work;
+        let Workspace { crossings, coefficients, speeds, integration, .. } = work;
         if let Some(own) = &mut self.own {
             let mut slopes = match self.slopes.take() {
                 Some(slopes) => slopes.with_model(slope),
@@ -96,7 +96,7 @@ impl Arrays {
                 return false;
             }
         }
-        let mut motion = Motion { grid, crossings, couplings: &self.couplings, coefficients };
+        let mut motion = Motion { grid, crossings, couplings: &self.couplings, coefficients, speeds };
         self.own.as_mut().unwrap_or(integration).accelerations(&mut motion, &mut self.spectra);
         true
     }

@@ -26,7 +26,7 @@ pub(crate) fn measure(
     let mut rattle = Rattle::new(plain);
     let mut tracer = Tracer::new(plain, start, period);
     let mut symmetries = Symmetries::new(plain.dof(), start, period, curve.multiple());
-    let mut motion = MotionSize::new(plain.dof(), curve.modes());
+    let mut motion = MotionSize::new(plain.dof(), curve.drifts());
     {
         let mut first = (&mut statistics, &mut rattle);
         let mut along = motion.along(plain);

@@ -12,7 +12,7 @@ use crate::branches::stability_method::StabilityMethod;
 use crate::model::{Channel, State};
 use crate::ode::Budget;
 use crate::periodic::flow::variation::unscaled;
-use crate::periodic::shooting::segments::{Purpose, drift, orthonormal};
+use crate::periodic::shooting::segments::{Purpose, drift};
 use crate::periodic::shooting::shooting_orbit::OrbitParts;
 use crate::periodic::{Multipliers, ShootingOrbit};
 use nalgebra::DVector;
@@ -36,10 +36,12 @@ impl Orbits for OrbitCurve<'_> {
         measure(self, point.p, &point.solution, channels)
     }
 
-    fn accept(&mut self, _: &CurvePoint<Passage>, measured: &Measured) {
+    fn accept(&mut self, point: &CurvePoint<Passage>, measured: &Measured) {
+        let Passage { slack, scale, states, end, .. } = &point.solution;
+        [self.drift, _] = drift(&self.drifts.basis(scale), slack, scale);
+        self.widths.accept(&self.drifts.widened(&measured.ranges, &self.drift, end - states[0].t));
         self.scale.clone_from(&measured.units);
         self.range.clone_from(&measured.ranges);
-        self.widths.accept(&measured.ranges);
     }
 
     fn clear_of(&self, impacts: &[f64]) -> Option<f64> {
@@ -90,7 +92,7 @@ impl Orbits for OrbitCurve<'_> {
             least: self.multiple,
             scale: passage.scale.clone(),
             range: self.range.clone(),
-            drift: drift(&orthonormal(&self.modes, &passage.scale), &passage.slack, &passage.scale),
+            drift: drift(&self.drifts.basis(&passage.scale), &passage.slack, &passage.scale),
             monodromy: unscaled(&passage.monodromy, &passage.scale),
             multipliers: multipliers.clone(),
             first: corrections.first().copied().unwrap_or(0.0),

@@ -6,21 +6,21 @@ use crate::branches::orbits::widths::Widths;
 use crate::branches::stability_method::StabilityMethod;
 use crate::error::check;
 use crate::model::drive_slope::DriveSlope;
-use crate::model::structure::rigid::rigid_modes;
+use crate::model::structure::drifts::Drifts;
 use crate::model::{Model, Periodic, State};
 use crate::ode::IntegrateError;
 use crate::ode::budget::Meter;
 use crate::periodic::flow::flow_method::{Chosen, Expansion};
 use crate::periodic::flow::walk::SegmentError;
-use crate::periodic::shooting::segments::{Purpose, Round, Segments, orthonormal};
+use crate::periodic::shooting::segments::{Purpose, Round, Segments};
 use crate::periodic::{FlowMethod, Multipliers, Shooting, ShootingOrbit};
 use nalgebra::{DMatrix, DVector};
 use std::rc::Rc;
 
 /// φ(x_i; p) - x_{i+1} = 0 at fixed phases of the period T(p), with x_N = x_0 + Φ s and P (x_0 - x_ref) = 0.
 ///
-/// Unknowns: coordinates and velocities at the nodes, one node after the other, then the drifts s along the
-/// rigid motions Φ, all in units of the model. P measures the position along the rigid motions in the units
+/// Unknowns: coordinates and velocities at the nodes, one node after the other, then the drifts s along their
+/// directions Φ, all in units of the model. P measures the position along these directions in the units
 /// of the first orbit. B spans them in units of the motion, which change from point to point.
 ///
 /// Symmetric orbits may be followed over half their period, with x_N = -x_0: all other orbits are then
@@ -39,8 +39,11 @@ pub(crate) struct OrbitCurve<'f> {
     pub(super) widths: Widths,
     /// Period of the first orbit.
     pub(super) period: f64,
-    pub(super) modes: Vec<Vec<f64>>,
-    /// Orthonormal rigid motions Φ in units of the model: along the coordinates, then along the velocities.
+    pub(super) drifts: Drifts,
+    /// Drift of the coordinates in one period of the last orbit.
+    pub(super) drift: Vec<f64>,
+    /// Orthonormal directions Φ of drifts in units of the model: along the coordinates, then along the
+    /// velocities.
     pub(super) motions: DMatrix<f64>,
     /// P.
     position: DMatrix<f64>,
@@ -109,10 +112,10 @@ impl<'f> OrbitCurve<'f> {
         check::length("coordinates and velocities of the orbit", orbit.parts.scale.len(), 2 * model.dof())
             .map_err(|error| CurveError::Model { parameter: p, error })?;
         let period = orbit.period();
-        let modes = rigid_modes(&*model, period);
+        let drifts = Drifts::of(&*model, period);
         drop(model);
-        let motions = orthonormal(&modes, &vec![1.0; orbit.parts.scale.len()]);
-        let mut position = orthonormal(&modes, &orbit.parts.scale).transpose();
+        let motions = drifts.basis(&vec![1.0; orbit.parts.scale.len()]);
+        let mut position = drifts.basis(&orbit.parts.scale).transpose();
         position.column_iter_mut().zip(&orbit.parts.scale).for_each(|(mut column, s)| column /= *s);
         Ok(OrbitCurve {
             family,
@@ -122,9 +125,10 @@ impl<'f> OrbitCurve<'f> {
             phases: orbit.states().iter().map(|state| state.t / period).collect(),
             scale: orbit.parts.scale.clone(),
             range: orbit.parts.range.clone(),
-            widths: Widths::new(&orbit.parts.range),
+            widths: Widths::new(&drifts.widened(&orbit.parts.range, &orbit.parts.drift[0], period)),
             period,
-            modes,
+            drifts,
+            drift: orbit.parts.drift[0].clone(),
             motions,
             position,
             reference: orbit.states()[0].clone(),
@@ -165,13 +169,19 @@ impl<'f> OrbitCurve<'f> {
     pub(crate) fn chosen(&self) -> &Chosen {
         &self.chosen
     }
-    /// Size of drift k: the drift in one period at a typical velocity. The velocity along a rigid motion is
-    /// given at the first node only, so that the orbit may drift.
+    /// Size of drift k: the drift in one period at a typical velocity, or that of the last orbit if its mean
+    /// speed is its own. The velocity along a rigid motion is given at the first node only, so that the orbit
+    /// may drift.
     fn drift_size(&self, k: usize) -> f64 {
         let (q, v) = self.range.split_at(self.range.len() / 2);
         let ratios = q.iter().zip(v).filter(|(q, _)| **q > 0.0).map(|(q, v)| v * self.period / q);
         let share = |i: usize| self.motions[(i, k)].abs() / self.scale[i];
-        ratios.fold(1.0, f64::max) / (0..self.scale.len()).map(share).fold(0.0, f64::max)
+        let typical = ratios.fold(1.0, f64::max) / (0..self.scale.len()).map(share).fold(0.0, f64::max);
+        if self.drifts.has_own_speeds() && k < self.drifts.places.len() {
+            let along = self.drift.iter().enumerate().map(|(i, drift)| self.motions[(i, k)] * drift);
+            return typical.max(along.sum::<f64>().abs());
+        }
+        typical
     }
 
     /// The matrix C of B C = D⁻¹ Φ, with the units D of the motion.
@@ -185,7 +195,7 @@ impl<'f> OrbitCurve<'f> {
     pub(crate) fn sizes(&self) -> DVector<f64> {
         let (widths, count) = (self.widths.units(), self.phases.len());
         let m = widths.len();
-        let k = 2 * self.modes.len();
+        let k = self.drifts.count();
         let size = |i: usize| if i < m * count { widths[i % m] } else { self.drift_size(i - m * count) };
         DVector::from_fn(m * count + k, |i, _| size(i))
     }
@@ -198,8 +208,8 @@ impl<'f> OrbitCurve<'f> {
     pub(crate) fn scale(&self) -> &[f64] {
         &self.scale
     }
-    pub(crate) fn modes(&self) -> &[Vec<f64>] {
-        &self.modes
+    pub(crate) fn drifts(&self) -> &Drifts {
+        &self.drifts
     }
     pub(crate) fn meter(&self) -> &Meter<'f> {
         &self.meter
@@ -232,7 +242,7 @@ impl<'f> OrbitCurve<'f> {
         let expansion = Expansion::new(model, columns + forced.len(), &forced, &self.chosen)
             .map_err(|error| CurveError::Integrate { segment: 0, error })?;
         let scales = [self.scale.clone(), self.range.clone()];
-        Ok(Segments::new(model, scales, &self.modes, self.end(period), forced, expansion))
+        Ok(Segments::new(model, scales, &self.drifts, self.end(period), forced, expansion))
     }
 
     pub(crate) fn failed(SegmentError { segment, error }: SegmentError) -> CurveError {

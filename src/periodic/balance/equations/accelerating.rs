@@ -1,6 +1,6 @@
 //! Coordinates without any connection that a mean acceleration moves.
 
-use crate::model::structure::unconnected::unconnected;
+use crate::model::structure::drifts::unconnected;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 
@@ -12,7 +12,8 @@ impl BalanceEquations<'_> {
     /// The coordinate with the largest mean acceleration among those without any connection, and its gain of
     /// velocity in one period of the orbit, if it is no error of the root.
     pub(crate) fn accelerating(&mut self, orbit: &FourierOrbit) -> Option<(usize, f64)> {
-        let alone = unconnected(&self.work.layout.rigid);
+        let layout = &self.work.layout;
+        let alone = unconnected(&layout.drifts[..layout.rigid]);
         if alone.is_empty() {
             return None;
         }

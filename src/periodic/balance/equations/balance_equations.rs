@@ -6,7 +6,7 @@ use crate::model::Periodic;
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
 use crate::ode::budget::Meter;
-use crate::periodic::balance::admission::free_motions;
+use crate::periodic::balance::admission::{admit_drifts, drifts};
 use crate::periodic::balance::amplitudes::sizes_apart;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::crossings::instants::Crossings;
@@ -29,7 +29,8 @@ use std::fmt;
 ///
 /// The unknowns x are the coefficients of every coordinate over its scale; equation i is divided by the scale
 /// of coordinate i. If order 0 is kept, each rigid motion adds one unknown, its mean acceleration, and one
-/// equation, the prescribed mean of one coordinate.
+/// equation, the prescribed mean of one coordinate. A direction of which only the velocity acts adds its mean
+/// speed and the same equation.
 ///
 /// The equations are a [`Residual`], for your own root finders and for path following.
 ///
@@ -66,6 +67,8 @@ pub(crate) struct Workspace {
     pub(crate) crossings: Crossings,
     pub(crate) integration: Box<dyn Integration>,
     pub(crate) coefficients: Vec<f64>,
+    /// Mean velocities of the coordinates: those of drifts.
+    pub(crate) speeds: Vec<f64>,
     /// Unknowns at which `spectra` and `crossings` were evaluated last; empty before the first evaluation.
     pub(crate) evaluated: Vec<f64>,
     /// Whether the last evaluation included the slopes.
@@ -89,10 +92,9 @@ impl<'m> BalanceEquations<'m> {
         harmonics.check()?;
         check::length("coordinates of the orbit", near.dof(), n)?;
         check::at_least("coordinates of the model", n, 1)?;
-        // One coordinate needs no search for rigid motions: if no stiffness acts on it, the Jacobian is
-        // singular.
-        let rigid = if n == 1 { Vec::new() } else { free_motions(model)? };
-        let (size, highest) = (sizes_apart(near, &rigid), harmonics.highest());
+        let drifts = drifts(model);
+        admit_drifts(&drifts)?;
+        let (size, highest) = (sizes_apart(near, &drifts.places), harmonics.highest());
         let omega = std::f64::consts::TAU / (model.period() * harmonics.period_multiple() as f64);
         let fastest = omega * highest.max(1) as f64;
         let rates: Vec<f64> = size.iter().map(|s| s * fastest).collect();
@@ -108,12 +110,13 @@ impl<'m> BalanceEquations<'m> {
             return Err(BalanceError::Exhausted { exhausted, last: Box::new(near.clone()) });
         }
         let (samples, varying) = (grid.samples(), couplings.varying.len());
-        let layout = JacobianLayout::new(harmonics, omega, size.to_vec(), rigid, &couplings);
+        let layout = JacobianLayout::new(harmonics, omega, size.to_vec(), &drifts, &couplings);
         check::count("entries of the Jacobian", &[layout.entries(&couplings)], MAX_ENTRIES)?;
         let work = Workspace {
             spectra: Spectra::new(n, varying, harmonics),
             crossings: Crossings::new(contacts, samples),
             coefficients: vec![0.0; n * harmonics.unknowns()],
+            speeds: vec![0.0; n],
             evaluated: Vec::new(),
             has_slopes: false,
             layout,
@@ -132,7 +135,7 @@ impl<'m> BalanceEquations<'m> {
         self
     }
 
-    /// The unknowns of an orbit. Its mean position along rigid motions is moved to the prescribed one.
+    /// The unknowns of an orbit. Its mean position along drifts is moved to the prescribed one.
     pub fn unknowns(&self, orbit: &FourierOrbit) -> Vec<f64> {
         let layout = &self.work.layout;
         let on = orbit.on(&layout.harmonics);
@@ -141,16 +144,16 @@ impl<'m> BalanceEquations<'m> {
         for (part, scale) in x.chunks_exact_mut(width).zip(&layout.scales) {
             part.iter_mut().for_each(|x| *x /= scale);
         }
-        for rigid in &layout.rigid {
-            let along: f64 = rigid.iter().map(|r| r * r).sum();
-            let alpha: f64 =
-                rigid.iter().zip(on.mean_acceleration()).map(|(r, a)| r * a).sum::<f64>() / along;
-            x.push(alpha / layout.rigid_scale);
+        for (k, drift) in layout.drifts.iter().enumerate() {
+            let mean = if k < layout.rigid { on.mean_acceleration() } else { on.mean_velocity() };
+            let along: f64 = drift.iter().map(|r| r * r).sum();
+            let share: f64 = drift.iter().zip(mean).map(|(r, mean)| r * mean).sum::<f64>() / along;
+            x.push(share / layout.drift_scale(k));
         }
-        // For each rigid motion the mean of one coordinate is prescribed as zero: the orbit is moved there.
-        for (rigid, &fixed) in layout.rigid.iter().zip(&layout.fixed) {
-            let share = x[fixed * width] * layout.scales[fixed] / rigid[fixed];
-            for (j, r) in rigid.iter().enumerate() {
+        // For each drift the mean of one coordinate is prescribed as zero: the orbit is moved there.
+        for (drift, &fixed) in layout.drifts.iter().zip(&layout.fixed) {
+            let share = x[fixed * width] * layout.scales[fixed] / drift[fixed];
+            for (j, r) in drift.iter().enumerate() {
                 x[j * width] -= share * r / layout.scales[j];
             }
         }
@@ -166,12 +169,9 @@ impl<'m> BalanceEquations<'m> {
             part.iter_mut().for_each(|x| *x *= scale);
         }
         let mut orbit = FourierOrbit::of(&layout.harmonics, self.grid.span(), coefficients, n);
-        for (rigid, alpha) in layout.rigid.iter().zip(&x[n * width..]) {
-            orbit
-                .mean_acceleration
-                .iter_mut()
-                .zip(rigid)
-                .for_each(|(a, r)| *a += r * alpha * layout.rigid_scale);
+        for (k, (drift, share)) in layout.drifts.iter().zip(&x[n * width..]).enumerate() {
+            let mean = if k < layout.rigid { &mut orbit.mean_acceleration } else { &mut orbit.mean_velocity };
+            mean.iter_mut().zip(drift).for_each(|(mean, r)| *mean += r * share * layout.drift_scale(k));
         }
         orbit
     }
@@ -195,7 +195,13 @@ impl<'m> BalanceEquations<'m> {
             for ((part, x), scale) in parts.zip(&work.layout.scales) {
                 part.iter_mut().zip(x).for_each(|(c, x)| *c = x * scale);
             }
-            grid.set(&work.coefficients);
+            work.speeds.fill(0.0);
+            let drifts = work.layout.drifts.iter().enumerate().zip(&x[work.coefficients.len()..]);
+            for ((k, drift), share) in drifts.filter(|((k, _), _)| *k >= work.layout.rigid) {
+                let speed = share * work.layout.drift_scale(k);
+                work.speeds.iter_mut().zip(drift).for_each(|(sum, r)| *sum += r * speed);
+            }
+            grid.set(&work.coefficients, &work.speeds);
             if work.integration.follows_crossings() {
                 work.crossings.locate(grid);
             }
@@ -203,8 +209,8 @@ impl<'m> BalanceEquations<'m> {
             work.evaluated.extend_from_slice(x);
         }
         work.has_slopes = slopes_too;
-        let Workspace { spectra, crossings, couplings, coefficients, integration, .. } = work;
-        let mut motion = Motion { grid, crossings, couplings, coefficients };
+        let Workspace { spectra, crossings, couplings, coefficients, speeds, integration, .. } = work;
+        let mut motion = Motion { grid, crossings, couplings, coefficients, speeds };
         if !known {
             integration.accelerations(&mut motion, spectra);
         }
@@ -231,9 +237,9 @@ impl<'m> BalanceEquations<'m> {
         let contact = (0..touching).find(|&c| self.work.crossings.floats(c))?;
         let layout = &self.work.layout;
         let n = layout.dof;
-        // Sum of ∂a/∂q over a coarse grid, bordered by the rigid motions. Unit: the largest |∂a_i/∂q_i|, or
+        // Sum of ∂a/∂q over a coarse grid, bordered by the drifts. Unit: the largest |∂a_i/∂q_i|, or
         // ω² if that is larger.
-        let r = layout.rigid.len();
+        let r = layout.drifts.len();
         let mut mean = nalgebra::DMatrix::zeros(n + r, n + r);
         let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
         let stride = (self.grid.samples() / 64).max(1);
@@ -246,10 +252,10 @@ impl<'m> BalanceEquations<'m> {
                 }
             }
         }
-        for (k, rigid) in layout.rigid.iter().enumerate() {
+        for (k, drift) in layout.drifts.iter().enumerate() {
             for i in 0..n {
-                mean[(n + k, i)] = rigid[i];
-                mean[(i, n + k)] = rigid[i];
+                mean[(n + k, i)] = drift[i];
+                mean[(i, n + k)] = drift[i];
             }
         }
         let samples = self.grid.samples().div_ceil(stride) as f64;
@@ -306,9 +312,9 @@ impl Residual for BalanceEquations<'_> {
             }
         }
         let n = layout.dof;
-        for (k, rigid) in layout.rigid.iter().enumerate() {
-            let alpha = x[n * width + k] * layout.rigid_scale;
-            for (i, share) in rigid.iter().enumerate() {
+        for (k, drift) in layout.drifts.iter().enumerate() {
+            let alpha = if k < layout.rigid { x[n * width + k] * layout.rigid_scale } else { 0.0 };
+            for (i, share) in drift.iter().enumerate() {
                 r[i * width] += alpha * share / layout.scales[i];
             }
             r[n * width + k] = x[layout.fixed[k] * width];

@@ -239,7 +239,7 @@ impl Integration for Closed {
     /// Also writes the coefficients of the periodic slopes, because the accelerations are products of these
     /// slopes and the motion.
     fn accelerations(&mut self, motion: &mut Motion<'_, '_>, out: &mut Spectra) {
-        let Motion { grid, crossings, couplings, coefficients } = motion;
+        let Motion { grid, crossings, couplings, coefficients, speeds } = motion;
         let harmonics = grid.harmonics();
         let (width, periods) = (harmonics.unknowns(), harmonics.period_multiple());
         let reach = 2 * harmonics.highest();
@@ -291,6 +291,14 @@ impl Integration for Closed {
         for c in &couplings.list {
             let part = &coefficients[c.j * width..(c.j + 1) * width];
             let accelerations = &mut out.accelerations[c.i];
+            let mean = speeds[c.j];
+            match c.v {
+                _ if mean == 0.0 => {}
+                Slope::Constant(b) => accelerations[0] += b * mean,
+                Slope::Periodic(number) => {
+                    out.slopes[number].add(accelerations, harmonics, 0, false, mean);
+                }
+            }
             for (i, &order) in harmonics.orders().iter().enumerate() {
                 let (at, rate) = (harmonics.place(i), order as f64 * grid.omega());
                 let (cos, sin) = (part[at], if order == 0 { 0.0 } else { part[at + 1] });

@@ -19,6 +19,8 @@ pub(crate) struct Motion<'a, 'm> {
     pub(crate) couplings: &'a Couplings,
     /// Fourier coefficients of the coordinates, one list after the other.
     pub(crate) coefficients: &'a [f64],
+    /// Mean velocities of the coordinates: those of drifts.
+    pub(crate) speeds: &'a [f64],
 }
 
 /// Check whether the integrals are fine enough.

@@ -68,7 +68,7 @@ impl Panels {
 
     /// Integrates the accelerations, and the periodic slopes if `slopes` is given.
     fn integrate(&mut self, motion: &Motion<'_, '_>, mut slopes: Option<&mut Slopes<'_>>, out: &mut Spectra) {
-        let Motion { grid, crossings, couplings, coefficients } = motion;
+        let Motion { grid, crossings, couplings, coefficients, speeds } = motion;
         let (harmonics, span, step) = (grid.harmonics(), grid.span(), grid.step());
         let mut breaks = std::mem::take(&mut self.breaks);
         breaks.clear();
@@ -78,7 +78,7 @@ impl Panels {
         self.accelerations.iter_mut().chain(&mut self.slopes).for_each(|sums| sums.fill(Complex64::ZERO));
         quadrature(&breaks, span, self.order, |t, share| {
             self.phasors.iter_mut().zip(Phasors::new(TAU * (t / span))).for_each(|(p, z)| *p = z);
-            self.move_to(grid, coefficients);
+            self.move_to(grid, coefficients, speeds);
             grid.model.drive(t, Side::After, &mut self.u);
             grid.model.accel(&self.u, &self.q, &self.v, &mut self.a);
             for (sums, a) in self.accelerations.iter_mut().zip(&self.a) {
@@ -109,7 +109,7 @@ impl Panels {
     }
 
     /// Computes coordinates and velocities at the instant of the phasors.
-    fn move_to(&mut self, grid: &Grid<'_>, coefficients: &[f64]) {
+    fn move_to(&mut self, grid: &Grid<'_>, coefficients: &[f64], speeds: &[f64]) {
         let harmonics = grid.harmonics();
         for (j, part) in coefficients.chunks_exact(harmonics.unknowns()).enumerate() {
             let (mut q, mut v) = (0.0, 0.0);
@@ -123,7 +123,7 @@ impl Panels {
                     v += order as f64 * (part[at + 1] * cos - part[at] * sin);
                 }
             }
-            (self.q[j], self.v[j]) = (q, v * grid.omega());
+            (self.q[j], self.v[j]) = (q, v * grid.omega() + speeds[j]);
         }
     }
 }

@@ -5,8 +5,9 @@ use crate::contact::edge::Edge;
 use crate::error::check;
 use crate::excitation::Side;
 use crate::model::Periodic;
-use crate::model::structure::rigid::rigid_modes;
+use crate::model::structure::drifts::Drifts;
 use crate::ode::budget::Meter;
+use crate::periodic::balance::admission::drifts;
 use crate::periodic::balance::crossings::instants::{Crossings, OrbitCrossing};
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integration::jumps::BothSides;
@@ -17,7 +18,6 @@ use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::samples_for;
 use crate::periodic::balance::settings::Balance;
 use crate::periodic::multipliers::{MultiplierError, Multipliers};
-use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
 /// Length of a step as a phase of the fastest local oscillation `[rad]`. Over ten oscillations the error of
@@ -76,7 +76,7 @@ impl Balance {
         let n = model.dof();
         check::length("coordinates of the orbit", orbit.dof(), n)?;
         model.offers().refuse_stops(|contact| MultiplierError::RigidStop { contact })?;
-        let rigid = if n == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
+        let drifts = drifts(model);
         let (breaks, jumps) = orbit.breaks(model);
         if breaks.len() > MAX_EDGES {
             return Err(MultiplierError::Breaks { count: breaks.len(), max: MAX_EDGES });
@@ -84,7 +84,7 @@ impl Balance {
         let (smooth, meter) = (Smooth { breaks, jumps }, self.budget.begin());
         let multipliers = orbit.multipliers_between(
             model,
-            &rigid,
+            &drifts,
             &smooth,
             &|fewer| Some(fewer.breaks(model).0),
             &meter,
@@ -100,16 +100,13 @@ impl FourierOrbit {
     pub(crate) fn multipliers_between(
         &self,
         model: &dyn Periodic,
-        rigid: &[Vec<f64>],
+        drifts: &Drifts,
         smooth: &Smooth,
         again: &dyn Fn(&FourierOrbit) -> Option<Vec<f64>>,
         meter: &Meter<'_>,
     ) -> Result<Multipliers, MultiplierError> {
         let n = self.dof();
-        let basis = DMatrix::from_fn(2 * n, 2 * rigid.len(), |i, k| {
-            let (mode, half) = (&rigid[k / 2], k % 2);
-            if i / n == half { mode[i % n] } else { 0.0 }
-        });
+        let basis = drifts.basis(&vec![1.0; 2 * n]);
         let mut flow = SeriesFlow::new(self, model, meter);
         let multipliers =
             Multipliers::without(&flow.monodromy(self, &smooth.breaks, PHASE_STEP)?, &basis, 0.0)?;
@@ -167,7 +164,7 @@ impl FourierOrbit {
         let mut jumps = false;
         if model.contacts() > 0 {
             let mut grid = Grid::new(model, self.harmonics(), samples_for(self.harmonics().highest()));
-            grid.set(self.all_coefficients());
+            grid.set(self.all_coefficients(), self.mean_velocity());
             let mut crossings = Crossings::new(model.contacts(), grid.samples());
             crossings.locate(&mut grid);
             breaks.extend(crossings.list().iter().map(|e| e.time(grid.step())));

@@ -1,25 +1,28 @@
 //! Jacobian of a balance: Toeplitz plus Hankel matrices of the Fourier coefficients of the slopes.
 
 use crate::model::structure::couplings::{Coupling, Couplings, Slope};
+use crate::model::structure::drifts::Drifts;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::roots::Matrix;
 
 /// Order of the unknowns of a balance, and assembly of its Jacobian.
 ///
-/// The unknowns are the coefficients of every coordinate over its scale, then the mean accelerations of the
-/// rigid motions.
+/// The unknowns are the coefficients of every coordinate over its scale, then one for each drift: the mean
+/// acceleration of a rigid motion, the mean speed along a direction of which only the velocity acts.
 pub(crate) struct JacobianLayout {
     pub(crate) harmonics: Harmonics,
     pub(crate) dof: usize,
     pub(crate) omega: f64,
     /// Scales: q_j = scale_j x_j; equation i is divided by scale_i.
     pub(crate) scales: Vec<f64>,
-    /// Rigid motions, one entry per coordinate.
-    pub(crate) rigid: Vec<Vec<f64>>,
+    /// Directions of drifts, one entry per coordinate: the rigid motions, then those with a mean speed.
+    pub(crate) drifts: Vec<Vec<f64>>,
+    /// Number of rigid motions.
+    pub(crate) rigid: usize,
     /// Scale of the mean accelerations α.
     pub(crate) rigid_scale: f64,
-    /// For each rigid motion, the coordinate whose mean is prescribed as zero.
+    /// For each drift, the coordinate whose mean is prescribed as zero.
     pub(crate) fixed: Vec<usize>,
     /// Whether the Jacobian is stored in blocks.
     sparse: bool,
@@ -30,36 +33,46 @@ impl JacobianLayout {
         harmonics: &Harmonics,
         omega: f64,
         scales: Vec<f64>,
-        rigid: Vec<Vec<f64>>,
+        drifts: &Drifts,
         couplings: &Couplings,
     ) -> Self {
         let dof = scales.len();
         let varying = couplings.list.iter().filter(|c| is_varying(c.q) || is_varying(c.v)).count();
-        let rigid = if harmonics.has_mean() { rigid } else { Vec::new() };
-        let fixed = fixed_coordinates(&rigid, dof);
+        let directions = [drifts.speeds.clone(), drifts.held()].concat();
+        let directions = if harmonics.has_mean() { directions } else { Vec::new() };
+        let fixed = fixed_coordinates(&directions, dof);
         JacobianLayout {
             harmonics: harmonics.clone(),
             dof,
             omega,
-            sparse: dof >= 4 && 3 * varying < dof * dof && (rigid.is_empty() || fixed == [dof - 1]),
-            rigid,
+            sparse: dof >= 4 && 3 * varying < dof * dof && (fixed.is_empty() || fixed == [dof - 1]),
+            rigid: drifts.speeds.len().min(directions.len()),
+            drifts: directions,
             fixed,
             rigid_scale: scales[0] * couplings.stiffest.max(omega * omega),
             scales,
         }
     }
 
+    /// Stores the Jacobian in one dense matrix, without drifts that have a mean speed.
     pub(crate) fn make_dense(&mut self) {
         self.sparse = false;
+        self.drifts.truncate(self.rigid);
+        self.fixed.truncate(self.rigid);
+    }
+
+    /// Scale of the unknown of drift k.
+    pub(crate) fn drift_scale(&self, k: usize) -> f64 {
+        if k < self.rigid { self.rigid_scale } else { self.scales[0] * self.omega }
     }
 
     pub(crate) fn size(&self) -> usize {
-        self.dof * self.harmonics.unknowns() + self.rigid.len()
+        self.dof * self.harmonics.unknowns() + self.drifts.len()
     }
 
     /// Upper bound of the number of entries that the Jacobian stores.
     pub(crate) fn entries(&self, couplings: &Couplings) -> usize {
-        let height = self.harmonics.unknowns() + self.rigid.len();
+        let height = self.harmonics.unknowns() + self.drifts.len();
         let blocks = if self.sparse { couplings.list.len() + self.dof } else { self.dof * self.dof };
         blocks.saturating_mul(height.saturating_mul(height))
     }
@@ -71,17 +84,17 @@ impl JacobianLayout {
             return Matrix::dense(self.size());
         }
         let mut heights = vec![self.harmonics.unknowns(); self.dof];
-        // The mean accelerations belong to the block of the coordinate whose mean is prescribed.
-        heights[self.dof - 1] += self.rigid.len();
+        // The unknowns of drifts belong to the block of the coordinate whose mean is prescribed.
+        heights[self.dof - 1] += self.drifts.len();
         let mut matrix = Matrix::of_heights(&heights);
         matrix.eliminate_last(self.dof - 1);
         let mut last_column = vec![false; self.dof];
         for c in &couplings.list {
-            let at_border = !self.rigid.is_empty() && (c.i == self.dof - 1 || c.j == self.dof - 1);
+            let at_border = !self.drifts.is_empty() && (c.i == self.dof - 1 || c.j == self.dof - 1);
             matrix.add_part(c.i, c.j, !(at_border || is_varying(c.q) || is_varying(c.v)));
             last_column[c.i] |= c.j == self.dof - 1;
         }
-        if !self.rigid.is_empty() {
+        if !self.drifts.is_empty() {
             (0..self.dof).filter(|&i| !last_column[i]).for_each(|i| matrix.add_part(i, self.dof - 1, false));
         }
         matrix
@@ -108,7 +121,7 @@ impl JacobianLayout {
             };
             self.fill_block(c, spectra, &view, &mut part.values);
         }
-        self.fill_border(out);
+        self.fill_border(couplings, spectra, out);
     }
 
     fn fill_block(&self, c: &Coupling, spectra: &Spectra, view: &View, values: &mut [f64]) {
@@ -151,24 +164,33 @@ impl JacobianLayout {
         }
     }
 
-    /// Fills the columns of the mean accelerations and the rows of the prescribed means.
-    fn fill_border(&self, out: &mut Matrix) {
+    /// Fills the columns of the drifts and the rows of the prescribed means.
+    fn fill_border(&self, couplings: &Couplings, spectra: &Spectra, out: &mut Matrix) {
         let (width, size, n) = (self.harmonics.unknowns(), self.size(), self.dof);
         let (last, sparse) = (n - 1, self.sparse);
-        let height = width + self.rigid.len();
-        for (r, rigid) in self.rigid.iter().enumerate() {
+        let height = width + self.drifts.len();
+        for (r, direction) in self.drifts.iter().enumerate() {
             let fixed = self.fixed[r];
+            // The equations of coordinate i.
+            let fill = |i: usize, column: &mut [f64]| {
+                let scale = self.drift_scale(r) / self.scales[i];
+                if r < self.rigid {
+                    column[0] = scale * direction[i];
+                } else {
+                    couplings.each_by_speed(i, direction, |slope, speed| {
+                        self.add_mean(slope, spectra, -scale * speed, column);
+                    });
+                }
+            };
             for part in out.parts_mut() {
                 if !sparse {
                     part.values[fixed * width * size + n * width + r] = 1.0;
-                    for (i, share) in rigid.iter().enumerate() {
-                        part.values[(n * width + r) * size + i * width] =
-                            self.rigid_scale / self.scales[i] * share;
+                    for i in 0..n {
+                        fill(i, &mut part.values[(n * width + r) * size + i * width..][..width]);
                     }
                 } else if part.j == last {
                     let stride = if part.i == last { height } else { width };
-                    part.values[(width + r) * stride] =
-                        self.rigid_scale / self.scales[part.i] * rigid[part.i];
+                    fill(part.i, &mut part.values[(width + r) * stride..][..width]);
                     if part.i == last {
                         part.values[width + r] = 1.0;
                     }
@@ -177,12 +199,22 @@ impl JacobianLayout {
         }
     }
 
-    /// Coordinate to which an unknown belongs. A mean acceleration belongs to the last coordinate.
+    /// Adds the coefficients of a slope times a constant.
+    fn add_mean(&self, slope: Slope, spectra: &Spectra, times: f64, column: &mut [f64]) {
+        match slope {
+            Slope::Constant(b) => column[0] += times * b,
+            Slope::Periodic(number) => {
+                spectra.slopes[number].add(column, &self.harmonics, 0, false, times);
+            }
+        }
+    }
+
+    /// Coordinate to which an unknown belongs. The unknown of a drift belongs to the last coordinate.
     pub(crate) fn coordinate(&self, unknown: usize) -> usize {
         (unknown / self.harmonics.unknowns()).min(self.dof - 1)
     }
 
-    /// Order to which an unknown belongs. A mean acceleration has order 0.
+    /// Order to which an unknown belongs. The unknown of a drift has order 0.
     pub(crate) fn order(&self, unknown: usize) -> usize {
         let (width, orders) = (self.harmonics.unknowns(), self.harmonics.orders());
         if unknown >= self.dof * width {
@@ -203,10 +235,10 @@ struct View {
     pairs: bool,
 }
 
-/// For each rigid motion, the last coordinate whose share exceeds 1 % of the largest share, after the earlier
+/// For each drift, the last coordinate whose share exceeds 1 % of the largest share, after the earlier
 /// motions have been eliminated with their coordinates.
-fn fixed_coordinates(rigid: &[Vec<f64>], dof: usize) -> Vec<usize> {
-    let mut reduced = rigid.to_vec();
+fn fixed_coordinates(drifts: &[Vec<f64>], dof: usize) -> Vec<usize> {
+    let mut reduced = drifts.to_vec();
     let mut fixed = Vec::new();
     for r in 0..reduced.len() {
         let largest = reduced[r].iter().fold(0.0, |m: f64, x| m.max(x.abs()));

@@ -97,11 +97,12 @@ impl<'m> Grid<'m> {
         self.span / self.samples() as f64
     }
 
-    /// Sets the motion from its coefficients.
-    pub(crate) fn set(&mut self, coefficients: &[f64]) {
+    /// Sets the motion from its coefficients and its mean velocities. Coordinates are without their drift.
+    pub(crate) fn set(&mut self, coefficients: &[f64], speeds: &[f64]) {
         let (width, omega) = (self.harmonics.unknowns(), self.omega());
-        for (z, part) in self.z.iter_mut().zip(coefficients.chunks_exact(width)) {
+        for ((z, part), speed) in self.z.iter_mut().zip(coefficients.chunks_exact(width)).zip(speeds) {
             spread(part, &self.harmonics, omega, z);
+            z[0].im += speed;
             self.transform.synthesise(z);
         }
     }
