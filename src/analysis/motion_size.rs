@@ -104,9 +104,8 @@ impl MotionSize {
         self.y[..n].copy_from_slice(q);
         self.y[n..].copy_from_slice(v);
         self.sizes.iter_mut().zip(&self.y).for_each(|(size, y)| *size = size.max(y.abs()));
-        for ((directions, half), part) in
-            self.drifts.halves().into_iter().zip(self.sizes.chunks_exact_mut(n)).zip([q, v])
-        {
+        let (of_q, of_v) = self.sizes.split_at_mut(n);
+        for ((directions, half), part) in self.drifts.halves().into_iter().zip([of_q, of_v]).zip([q, v]) {
             // y - r (rᵀ y) has the terms of the sum rᵀ y as well.
             for r in directions {
                 let sum: f64 = r.iter().zip(part).map(|(r, y)| (r * y).abs()).sum();
@@ -188,8 +187,8 @@ impl MotionSize {
 
     /// y ← y - Σ_r r (rᵀ y), for coordinates and velocities: removes drifts.
     fn relative(&mut self) {
-        let halves = self.y.chunks_exact_mut(self.low.len() / 2);
-        for (directions, half) in self.drifts.halves().into_iter().zip(halves) {
+        let (q, v) = self.y.split_at_mut(self.low.len() / 2);
+        for (directions, half) in self.drifts.halves().into_iter().zip([q, v]) {
             directions.iter().for_each(|r| remove(r, half));
         }
     }

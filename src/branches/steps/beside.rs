@@ -8,7 +8,8 @@ use crate::branches::steps::within::{ASIDE, MAX_DIVISIONS, Within, Zero, is_near
 use crate::numeric::search::parabola::may_dip;
 
 impl<C: OrbitMethod> Within<'_, '_, C> {
-    /// Searches the stretches between the points that are located at the distances `at`.
+    /// Searches the stretches between the points that are located at the distances `at`, and the narrow ones
+    /// around these points for what the located points are not.
     pub(super) fn search_beside(
         &mut self,
         mut at: Vec<f64>,
@@ -21,14 +22,20 @@ impl<C: OrbitMethod> Within<'_, '_, C> {
         let mut from = None;
         for sigma in at {
             let start = from.as_ref().unwrap_or(a);
+            let mut before = None;
             if sigma - start.sigma > 2.0 * aside {
-                let before = self.at(sigma - aside)?;
-                self.search_stretch(start, &before, left - 1)?;
+                let place = self.at(sigma - aside)?;
+                self.search_stretch(start, &place, left - 1)?;
+                before = Some(place);
             }
             if b.sigma - sigma < 2.0 * aside {
                 return Ok(());
             }
-            from = Some(self.at(sigma + aside)?);
+            let after = self.at(sigma + aside)?;
+            if let Some(before) = before {
+                self.search_passed(&before, &after)?;
+            }
+            from = Some(after);
         }
         match from {
             Some(from) => self.search_stretch(&from, b, left - 1),
@@ -59,9 +66,16 @@ impl<C: OrbitMethod> Within<'_, '_, C> {
         Ok(())
     }
 
-    /// Locates a doubling and a Neimark-Sacker point where their tests change sign between two places.
+    /// Locates a doubling and a Neimark-Sacker point where their tests change sign between two places without
+    /// one that is known.
     fn search_passed(&mut self, a: &Place<C::Solution>, b: &Place<C::Solution>) -> Result<(), CurveError> {
         for change in [Change::NeimarkSacker, Change::PeriodDoubling] {
+            let is_known = |(sigma, _, found): &(f64, _, Change)| {
+                *found == change && (a.sigma..=b.sigma).contains(sigma)
+            };
+            if self.found.iter().any(is_known) {
+                continue;
+            }
             let ends = [a, b].map(|place| value(change, place).map(|value| [place.sigma, value]));
             if let [Some([_, from]), Some([_, to])] = ends
                 && from * to < 0.0
