@@ -104,7 +104,7 @@ pub enum ParameterError {
     OtherModel {
         /// Numbers of coordinates and of contacts of the model for which the observer was made.
         own: [usize; 2],
-        /// Numbers of coordinates and of contacts of the model that the run integrates.
+        /// The same two numbers of the model that the run integrates.
         other: [usize; 2],
     },
     /// A body that a machine does not name, or that does not turn evenly.

@@ -10,9 +10,8 @@ const WAY: f64 = 2.0;
 const FAR: f64 = 30.0;
 
 /// Largest number of varying factors in a product for which the last Taylor coefficients suffice to choose
-/// the step. In a product of more factors these coefficients may be below rounding at the start of a step,
-/// and the product may still be large later in the step. Example: from rest each factor begins with t², and a
-/// product of n factors begins with t^(2n).
+/// the step. A product of more factors may be below rounding at the start of a step and large at its end.
+/// Example: from rest each factor begins with t², and a product of n factors begins with t^(2n).
 pub(crate) const HIGH_DEGREE: usize = 7;
 
 /// The way of the argument of a sine in which it, and a product of high degree in which it is a factor,

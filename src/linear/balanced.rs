@@ -50,7 +50,8 @@ pub(super) struct AtRest<'m> {
     /// Whether the drives are those of one instant, and not their means over a period.
     pub(super) of_instant: bool,
     pub(super) mean: Mean<'m>,
-    /// Directions of rigid motions, one in each column.
+    /// Directions that no stiffness resists, one in each column: rigid motions, and those that only a drag
+    /// resists.
     pub(super) rigid: &'m DMatrix<f64>,
     /// The flank of each contact that is tried first.
     pub(super) flanks: Vec<Piece>,
@@ -116,7 +117,8 @@ impl<'m> AtRest<'m> {
         })
     }
 
-    /// Whether the mean accelerations at rest, in all gaps and on the first flanks, are those of another sum.
+    /// Whether another sum over the period gives the same mean accelerations at rest: with all contacts in
+    /// their gaps, and with all on their first flanks.
     pub(super) fn has_loads_of(&self, other: &AtRest<'_>) -> bool {
         let rest = &self.mean.rest;
         [&vec![Piece::Gap; self.flanks.len()], &self.flanks].into_iter().all(|pieces| {

@@ -42,7 +42,8 @@ pub struct StaticState {
     pub contacts: Vec<Contact>,
     /// The piece of each contact.
     pub pieces: Vec<Piece>,
-    /// Accelerations that are left: those of a rigid motion, if the load does not balance.
+    /// Accelerations that are left: those along a motion that no stiffness resists, if the load does not
+    /// balance.
     pub acceleration: Vec<f64>,
 }
 
@@ -112,7 +113,7 @@ const CONFIRMED: usize = 128;
 pub fn static_state(model: &dyn Periodic, t: impl Into<Option<f64>>) -> Result<StaticState, LinearError> {
     if let Some(t) = t.into() {
         check::finite("time", t)?;
-        return AtRest::new(model, t, Instants::at(model, t), &rigid_columns(model)).find();
+        return AtRest::new(model, t, Instants::at(model, t), &unresisted_columns(model)).find();
     }
     let (found, points) = mean_state(model)?;
     let Some((bounds, panels)) = points else { return Ok(found) };
@@ -125,7 +126,7 @@ pub(crate) fn default_start(model: &dyn Periodic) -> Result<State, LinearError> 
 }
 
 /// The directions that no stiffness resists, one in each column.
-fn rigid_columns(model: &dyn Periodic) -> DMatrix<f64> {
+fn unresisted_columns(model: &dyn Periodic) -> DMatrix<f64> {
     let Drifts { places, .. } = Drifts::of(model, model.period());
     DMatrix::from_fn(model.dof(), places.len(), |i, j| places[j][i])
 }
@@ -136,7 +137,7 @@ type Points = (Vec<f64>, usize);
 /// The static state under the mean loads. `None`: no finer sum confirms it.
 fn mean_state(model: &dyn Periodic) -> Result<(StaticState, Option<Points>), LinearError> {
     check::scale("period of the model", model.period())?;
-    let (rigid, bounds) = (rigid_columns(model), smooth_intervals(model, INTERVALS + 1));
+    let (rigid, bounds) = (unresisted_columns(model), smooth_intervals(model, INTERVALS + 1));
     let intervals = bounds.len() - 1;
     let at_first = || AtRest::new(model, 0.0, Instants::at(model, 0.0), &rigid).find();
     let is_lost =

@@ -210,27 +210,3 @@ fn a_current_beside_a_gap_is_that_of_a_system_of_first_order() {
     assert_eq!(orbit.multipliers().values().len(), 3);
     assert!((product.re / (-0.4 * TAU).exp() - 1.0).abs() < 1e-6, "{product}");
 }
-
-/// A model without coordinates has no drifts, and no solver panics.
-#[test]
-fn a_model_without_coordinates() {
-    struct Nothing;
-    impl Model for Nothing {
-        fn dof(&self) -> usize {
-            0
-        }
-        fn accel(&self, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) {}
-    }
-    impl Periodic for Nothing {
-        fn period(&self) -> f64 {
-            1.0
-        }
-    }
-    let rest = State::at_rest(0);
-    let size = Variation::new().run(&Nothing, &rest, 1.0).map_or(0, |passage| passage.matrix.len());
-    assert_eq!(size, 0);
-    let settled = Settle::new().run(&Dop853::new(), &Nothing, &rest).map_or(0, |steady| steady.state.q.len());
-    assert_eq!(settled, 0);
-    let nodes = Shooting::new().solve(&Nothing, &rest).map_or(0, |orbit| orbit.states()[0].q.len());
-    assert_eq!(nodes, 0);
-}

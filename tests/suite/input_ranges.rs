@@ -334,6 +334,7 @@ fn models_without_coordinates_are_refused() {
     assert!(matches!(&shot, ShootingError::Parameter(error) if none(error)), "{shot}");
     let grown = Lyapunov::new().run(&Nothing, &State::at_rest(0)).unwrap_err();
     assert!(matches!(&grown, LyapunovError::Parameter(error) if none(error)), "{grown}");
+    assert!(Variation::new().run(&Nothing, &State::at_rest(0), 1.0).is_err());
     let sweep = Sweep::new(Axis::linear("x", 0.0, 1.0, 2).unwrap());
     let swept = sweep
         .of(&TableRk4::new(8), |_| Ok::<_, P>(Nothing))

@@ -29,7 +29,8 @@ use std::ops::ControlFlow;
 /// give equal directions. If a direction shrinks to less than 1e-3 within a part of a period, that part is
 /// halved.
 ///
-/// Each rigid mode adds two exponents of zero, and a coordinate of which only the velocity acts adds one.
+/// A rigid mode has two exponents of zero. A rotor that only a drag holds has one, because no force depends
+/// on its angle.
 ///
 /// ```
 /// use gear_dynamics::{Lyapunov, State, model::from_fn};

@@ -67,7 +67,7 @@ pub(crate) struct Workspace {
     pub(crate) crossings: Crossings,
     pub(crate) integration: Box<dyn Integration>,
     pub(crate) coefficients: Vec<f64>,
-    /// Mean velocities of the coordinates: those of drifts.
+    /// Mean velocity of each coordinate. It is 0 unless the orbit drifts.
     pub(crate) speeds: Vec<f64>,
     /// Unknowns at which `spectra` and `crossings` were evaluated last; empty before the first evaluation.
     pub(crate) evaluated: Vec<f64>,

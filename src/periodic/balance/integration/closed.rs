@@ -23,7 +23,7 @@ use crate::periodic::balance::integration::jumps::BothSides;
 use crate::periodic::balance::quadrature::at_rest::{AtRest, Series, SeriesPart, value_at};
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
-use crate::periodic::balance::series::spectra::Spectra;
+use crate::periodic::balance::series::spectra::{Spectra, add_mean};
 use crate::periodic::balance::series::transform::write;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -291,13 +291,8 @@ impl Integration for Closed {
         for c in &couplings.list {
             let part = &coefficients[c.j * width..(c.j + 1) * width];
             let accelerations = &mut out.accelerations[c.i];
-            let mean = speeds[c.j];
-            match c.v {
-                _ if mean == 0.0 => {}
-                Slope::Constant(b) => accelerations[0] += b * mean,
-                Slope::Periodic(number) => {
-                    out.slopes[number].add(accelerations, harmonics, 0, false, mean);
-                }
+            if speeds[c.j] != 0.0 {
+                add_mean(&out.slopes, c.v, harmonics, speeds[c.j], accelerations);
             }
             for (i, &order) in harmonics.orders().iter().enumerate() {
                 let (at, rate) = (harmonics.place(i), order as f64 * grid.omega());

@@ -19,7 +19,7 @@ pub(crate) struct Motion<'a, 'm> {
     pub(crate) couplings: &'a Couplings,
     /// Fourier coefficients of the coordinates, one list after the other.
     pub(crate) coefficients: &'a [f64],
-    /// Mean velocities of the coordinates: those of drifts.
+    /// Mean velocity of each coordinate. It is 0 unless the orbit drifts.
     pub(crate) speeds: &'a [f64],
 }
 

@@ -3,7 +3,7 @@
 use crate::model::structure::couplings::{Coupling, Couplings, Slope};
 use crate::model::structure::drifts::Drifts;
 use crate::periodic::balance::series::harmonics::Harmonics;
-use crate::periodic::balance::series::spectra::Spectra;
+use crate::periodic::balance::series::spectra::{Spectra, add_mean};
 use crate::roots::Matrix;
 
 /// Order of the unknowns of a balance, and assembly of its Jacobian.
@@ -16,7 +16,8 @@ pub(crate) struct JacobianLayout {
     pub(crate) omega: f64,
     /// Scales: q_j = scale_j x_j; equation i is divided by scale_i.
     pub(crate) scales: Vec<f64>,
-    /// Directions of drifts, one entry per coordinate: the rigid motions, then those with a mean speed.
+    /// Directions along which the orbit drifts, one entry per coordinate. The rigid motions come first; the
+    /// directions with a mean speed follow.
     pub(crate) drifts: Vec<Vec<f64>>,
     /// Number of rigid motions.
     pub(crate) rigid: usize,
@@ -178,7 +179,7 @@ impl JacobianLayout {
                     column[0] = scale * direction[i];
                 } else {
                     couplings.each_by_speed(i, direction, |slope, speed| {
-                        self.add_mean(slope, spectra, -scale * speed, column);
+                        add_mean(&spectra.slopes, slope, &self.harmonics, -scale * speed, column);
                     });
                 }
             };
@@ -195,16 +196,6 @@ impl JacobianLayout {
                         part.values[width + r] = 1.0;
                     }
                 }
-            }
-        }
-    }
-
-    /// Adds the coefficients of a slope times a constant.
-    fn add_mean(&self, slope: Slope, spectra: &Spectra, times: f64, column: &mut [f64]) {
-        match slope {
-            Slope::Constant(b) => column[0] += times * b,
-            Slope::Periodic(number) => {
-                spectra.slopes[number].add(column, &self.harmonics, 0, false, times);
             }
         }
     }

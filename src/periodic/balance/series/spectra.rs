@@ -1,7 +1,7 @@
 //! Fourier coefficients of accelerations and their slopes, from samples.
 
 use crate::contact::Piece;
-use crate::model::structure::couplings::Couplings;
+use crate::model::structure::couplings::{Couplings, Slope};
 use crate::model::structure::slopes::{Slopes, accelerate};
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
@@ -43,6 +43,20 @@ impl Jump {
                 block[at + 1] += 2.0 * sin * share;
             }
         }
+    }
+}
+
+/// Adds the coefficients of a slope times a constant. `tables`: those of the periodic slopes.
+pub(crate) fn add_mean(
+    tables: &[SlopeTable],
+    slope: Slope,
+    harmonics: &Harmonics,
+    times: f64,
+    column: &mut [f64],
+) {
+    match slope {
+        Slope::Constant(b) => column[0] += times * b,
+        Slope::Periodic(number) => tables[number].add(column, harmonics, 0, false, times),
     }
 }
 
