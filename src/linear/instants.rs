@@ -224,9 +224,10 @@ pub(crate) const SPREAD: usize = 65_537;
 const HALVINGS: usize = 7;
 
 /// The mean contacts of a model in a position over a period, by Gauss sums on `panels` panels between two
-/// `bounds` each. A force by deflection has a kink where the teeth part. A panel is halved until no mean
-/// force changes by more than `agree`, so that points gather at the kinks. A period of many cycles without
-/// edges that this does not resolve is summed at even instants, which are exact for its orders.
+/// `bounds` each, and on twice as many. Equal panels are exact for the orders of waves, so that forces that
+/// agree within `agree` are means. A force by deflection has a kink where the teeth part: a panel is then
+/// halved until no mean force changes by more than `agree`, so that points gather at the kinks. A period of
+/// many cycles without edges that this does not resolve is summed at even instants.
 pub(crate) fn mean_contacts(
     model: &dyn Periodic,
     q: &[f64],
@@ -245,24 +246,40 @@ pub(crate) fn mean_contacts(
         span: bounds[bounds.len() - 1] - bounds[0],
         agree,
         all: vec![[0.0; 7]; n],
-        unresolved: 0,
+        changes: vec![0.0; n],
     };
-    for bound in bounds.windows(2) {
-        let h = (bound[1] - bound[0]) / panels as f64;
-        for panel in 0..panels {
-            let ends = [panel, panel + 1].map(|k| bound[0] + h * k as f64);
-            let whole = sums.panel(ends);
-            sums.refine(ends, whole, HALVINGS);
-        }
+    let equal = |panels: usize| {
+        bounds.windows(2).flat_map(move |bound| {
+            let h = (bound[1] - bound[0]) / panels as f64;
+            (0..panels).map(move |panel| [panel, panel + 1].map(|k| bound[0] + h * k as f64))
+        })
+    };
+    let [coarse, fine] = [panels, 2 * panels].map(|panels| {
+        let mut means = vec![[0.0; 7]; n];
+        equal(panels).for_each(|ends| add_sums(&mut means, &sums.panel(ends)));
+        means
+    });
+    if sums.are_same(&coarse, &fine) {
+        return fine.into_iter().map(contact_of).collect();
     }
-    if bounds.len() == 2 && sums.unresolved > KINKS * n {
+    for ends in equal(panels) {
+        let whole = sums.panel(ends);
+        sums.refine(ends, whole, HALVINGS);
+    }
+    if bounds.len() == 2 && sums.changes.iter().any(|&change| change > KINKS * agree) {
         return Mean::new(model, Instants::spread(model, SPREAD)).contacts(q);
     }
     sums.all.into_iter().map(contact_of).collect()
 }
 
-/// Number of panels with kinks of a contact that may stay unresolved: their share in the mean is small.
-const KINKS: usize = 64;
+/// Sum of the last changes of all panels, in those that a panel may have, above which their points do not
+/// resolve a contact. The panels of a few kinks stay below it.
+const KINKS: f64 = 64.0;
+
+/// Adds sums of contacts.
+fn add_sums(all: &mut [[f64; 7]], sums: &[[f64; 7]]) {
+    all.iter_mut().zip(sums).for_each(|(all, x)| all.iter_mut().zip(x).for_each(|(all, x)| *all += x));
+}
 
 /// Sums of contacts over panels.
 struct PanelSums<'m> {
@@ -276,8 +293,8 @@ struct PanelSums<'m> {
     span: f64,
     agree: f64,
     all: Vec<[f64; 7]>,
-    /// Number of panels that their halves do not agree with after all halvings.
-    unresolved: usize,
+    /// The sum of the last changes of the force of each contact by halving.
+    changes: Vec<f64>,
 }
 
 impl PanelSums<'_> {
@@ -294,26 +311,28 @@ impl PanelSums<'_> {
         sums
     }
 
+    /// Whether no force differs by more than `agree`.
+    fn are_same(&self, a: &[[f64; 7]], b: &[[f64; 7]]) -> bool {
+        a.iter().zip(b).all(|(a, b)| (a[6] - b[6]).abs() <= self.agree)
+    }
+
     /// Adds a panel, whose share is `whole` by its five points.
     fn refine(&mut self, [from, to]: [f64; 2], whole: Vec<[f64; 7]>, halvings: usize) {
         let middle = 0.5 * (from + to);
-        let halves = [[from, middle], [middle, to]];
-        let [left, right] = halves.map(|ends| self.panel(ends));
-        let force = |i: usize| left[i][6] + right[i][6];
-        let is_same = (0..whole.len()).all(|i| (force(i) - whole[i][6]).abs() <= self.agree);
-        if is_same || halvings == 0 {
-            self.unresolved += usize::from(!is_same);
-            for half in [&left, &right] {
-                self.all
-                    .iter_mut()
-                    .zip(half)
-                    .for_each(|(all, x)| all.iter_mut().zip(x).for_each(|(all, x)| *all += x));
-            }
+        let ends = [[from, middle], [middle, to]];
+        let [left, right] = ends.map(|ends| self.panel(ends));
+        let mut both = left.clone();
+        add_sums(&mut both, &right);
+        if halvings > 0 && !self.are_same(&whole, &both) {
+            ends.into_iter()
+                .zip([left, right])
+                .for_each(|(ends, half)| self.refine(ends, half, halvings - 1));
             return;
         }
-        for (ends, half) in halves.into_iter().zip([left, right]) {
-            self.refine(ends, half, halvings - 1);
+        for ((change, before), after) in self.changes.iter_mut().zip(&whole).zip(&both) {
+            *change += (before[6] - after[6]).abs();
         }
+        add_sums(&mut self.all, &both);
     }
 }
 

@@ -66,7 +66,7 @@ pub enum LinearError {
     /// A body that the contacts leave free stands under load.
     #[error(
         "the load moves the model freely: no force of a support or contact balances {residual:.1e} of the largest \
-         load, at most 1e-9 is allowed: hold a body, or state torques that balance (Parts::load)"
+         load, at most 1e-9 is allowed: hold a body, state torques that balance (Parts::load), or give a start"
     )]
     Free {
         /// Largest acceleration that is left, over the largest acceleration at rest.

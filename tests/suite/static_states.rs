@@ -78,6 +78,49 @@ fn the_mean_is_that_of_the_whole_period() {
     }
 }
 
+/// Three stages with hunting teeth and sines as waves: each mean contact carries the mean torque, also the first, whose
+/// force is a twentieth of the largest.
+#[test]
+fn mean_contacts_of_hunting_trains() {
+    let stages: [([u32; 2], f64, f64, f64); 3] = [
+        ([41, 107], 0.027, 1.533e-7, 0.808),
+        ([27, 100], -0.09, 9.546e-7, 0.684),
+        ([21, 83], -0.223, 4.75e-6, 0.373),
+    ];
+    let (k, b) = (1e8, 2e-5);
+    let mut parts = Parts::new();
+    let (mut torque, mut expected, mut before) = (2.94, Vec::new(), String::new());
+    parts.torque("drive", "pinion 0", torque).load("wheel 2");
+    for (stage, (teeth, ripple, error, phase)) in stages.into_iter().enumerate() {
+        let [pinion, wheel] = ["pinion", "wheel"].map(|body| format!("{body} {stage}"));
+        parts.body(&pinion, Body::new(1e-3)).body(&wheel, Body::new(2e-3));
+        if stage > 0 {
+            parts.shaft(&format!("shaft {stage}"), &before, &pinion, ShaftPart::new(1e5).damping(1.0));
+        }
+        let (c, radii) = (ripple * k, teeth.map(|teeth| 1e-3 * f64::from(teeth)));
+        let stiffness = fourier(k, &[[c, 0.0], [0.3 * c, 0.2 * c], [0.0, -0.2 * c]]);
+        let error_wave = fourier(0.0, &[[error, 0.0], [0.0, 0.3 * error], [0.2 * error, 0.2 * error]]);
+        let mesh =
+            MeshPart::external(teeth, radii, stiffness).half_backlash(b).phase(phase).error(error_wave);
+        parts.mesh(&format!("mesh {stage}"), &pinion, &wheel, mesh);
+        // The mean of stiffness times error: half the sum of the products of their coefficients.
+        let force = torque / radii[0];
+        expected.push((force, b + (force + 0.5 * c * error * 1.02) / k));
+        torque *= radii[1] / radii[0];
+        before = wheel;
+    }
+    let rest = static_state(&parts.build("pinion 0", 100.0).unwrap(), None).unwrap();
+    assert_eq!(rest.instant, None);
+    for (contact, (force, deflection)) in rest.contacts.iter().zip(expected) {
+        assert!((contact.force / force - 1.0).abs() < 1e-6, "{} for {force}", contact.force);
+        assert!(
+            (contact.deflection - deflection).abs() < 1e-6 * force / k,
+            "{} for {deflection}",
+            contact.deflection
+        );
+    }
+}
+
 /// A load that only a formula knows, with time as the only drive: q'' = 3 + cos² 0.7t + 5 sin 1.4t - 2q - q³ - 0.1 v. The
 /// mean load is 3.5, and 2q + q³ = 3.5.
 #[test]
