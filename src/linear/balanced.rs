@@ -78,6 +78,15 @@ fn first_flank(contact: &Contact) -> Piece {
     }
 }
 
+/// The piece on which the deflection of a contact lies.
+pub(super) fn piece_at(contact: &Contact) -> Piece {
+    match contact {
+        Contact { deflection, upper, .. } if deflection >= upper => Piece::Upper,
+        Contact { deflection, lower, .. } if deflection <= lower => Piece::Lower,
+        _ => Piece::Gap,
+    }
+}
+
 impl<'m> AtRest<'m> {
     pub(super) fn new(model: &'m dyn Periodic, t: f64, instants: Instants, rigid: &'m DMatrix<f64>) -> Self {
         let of_instant = instants.is_one();

@@ -2,7 +2,7 @@
 
 use crate::contact::{Contact, Piece};
 use crate::error::check;
-use crate::linear::balanced::AtRest;
+use crate::linear::balanced::{AtRest, piece_at};
 use crate::linear::instants::{Instants, SPREAD, mean_contacts, smooth_intervals};
 use crate::linear::modes::LinearError;
 use crate::model::structure::drifts::Drifts;
@@ -52,6 +52,10 @@ const TRIES: usize = 64;
 
 /// Maximum number of steps of implicit Euler.
 const STEPS: usize = 400;
+
+/// Newton's method converges in an implicit Euler step whose inverse exceeds the largest stiffness this many
+/// times, unless an acceleration jumps: the bodies do not rest there.
+const JUMP: f64 = 64.0;
 
 /// Number of steps of implicit Euler, each eight times longer than the one before, after which bodies that
 /// have not moved rest.
@@ -306,14 +310,19 @@ impl AtRest<'_> {
         let at = |q: &[f64]| mean.contacts(q).iter().map(piece_at).collect::<Vec<_>>();
         let on = |q: &[f64]| is_mean.then(|| at(q));
         // The inverse of the first step is the largest stiffness.
-        let mut inverse = mean.stiffness(&mut slopes, Some(&self.flanks), &q).largest();
-        let (load, mut stiffness) = (self.load(), None);
+        let stiffest = mean.stiffness(&mut slopes, Some(&self.flanks), &q).largest();
+        let (load, mut inverse, mut stiffness) = (self.load(), stiffest, None);
         let (mut refused, mut rests) = (None, 0);
         for _ in 0..STEPS {
             if !(inverse.is_finite() && inverse > 0.0 && rests < RESTS) {
                 return None;
             }
             let Some(next) = self.euler(&mut slopes, &on, &mut stiffness, &q, inverse) else {
+                let on = on(&q);
+                let mut here = || mean.stiffness(&mut slopes, on.as_deref(), &q).largest();
+                if inverse > JUMP * stiffest && inverse > JUMP * here() {
+                    return None;
+                }
                 (inverse, stiffness) = (16.0 * inverse, None);
                 continue;
             };
@@ -356,15 +365,6 @@ impl AtRest<'_> {
             pieces,
             acceleration,
         }
-    }
-}
-
-/// The piece on which the deflection of a contact lies.
-fn piece_at(contact: &Contact) -> Piece {
-    match contact {
-        Contact { deflection, upper, .. } if deflection >= upper => Piece::Upper,
-        Contact { deflection, lower, .. } if deflection <= lower => Piece::Lower,
-        _ => Piece::Gap,
     }
 }
 
