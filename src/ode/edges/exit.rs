@@ -2,6 +2,7 @@
 
 use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
+use crate::numeric::search::extremes::larger;
 use crate::numeric::search::hermite::Distance;
 use crate::ode::step::Crossing;
 
@@ -76,15 +77,9 @@ pub(crate) fn distances<const K: usize>(
 }
 
 /// Length to which the slack is relative: the width of the gap or, if that is zero or infinite, |deflection|.
+/// The lower limit of |deflection| keeps the slack, a share of it, above the smallest normal number.
 #[inline(always)]
 pub(crate) fn scale(c: &Contact) -> f64 {
-    let gap = c.upper - c.lower;
-    if gap > 0.0 && gap < f64::INFINITY { gap } else { size(c) }
-}
-
-/// The size of the deflection. Its lower limit keeps the slack, a share of it, above the smallest normal
-/// number.
-#[inline(never)]
-fn size(c: &Contact) -> f64 {
-    c.deflection.abs().max(f64::MIN_POSITIVE / SLACK)
+    let (gap, size) = (c.upper - c.lower, larger(c.deflection.abs(), f64::MIN_POSITIVE / SLACK));
+    if gap > 0.0 && gap < f64::INFINITY { gap } else { size }
 }

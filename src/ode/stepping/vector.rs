@@ -213,11 +213,7 @@ impl Vector for Blocks {
         of: Algebra<'_>,
     ) {
         let (earlier, later) = k.split_at_mut(s);
-        if L == 1 {
-            later[0].stage(y, earlier, h, row);
-        } else {
-            later[0].longer_stage(y, earlier, h, row);
-        }
+        later[0].stage(y, earlier, h, row);
         let (q, v, a) = later[0].parts();
         of.write(q, v, a);
     }

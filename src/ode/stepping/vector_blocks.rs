@@ -64,14 +64,6 @@ impl Blocks {
         combine(self.arch, Combine { out: stage, y, k, h, row });
     }
 
-    /// As [`stage`](Blocks::stage), for sums of more than one term. The function is not inlined: a step has
-    /// up to ten such sums, and their copies take longer than calls. Measured with Dop853 on a ring of three
-    /// gears.
-    #[inline(never)]
-    pub(crate) fn longer_stage<const L: usize>(&mut self, y: &Self, k: &[Self], h: f64, row: &TableauRow<L>) {
-        self.stage(y, k, h, row);
-    }
-
     /// Returns the coordinates and the velocities at which this derivative is evaluated, and the place of its
     /// accelerations.
     #[inline(always)]
