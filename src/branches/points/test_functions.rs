@@ -126,6 +126,21 @@ pub(crate) fn is_torus(multipliers: &Multipliers) -> bool {
     complex(multipliers).any(|m| (m.norm() - 1.0).abs() < near)
 }
 
+/// Whether a complex pair leaves the unit circle between two points while another one enters it. Neither the
+/// number outside nor the sign of [`torus`] shows it. Pairs are told apart by the order of their arguments.
+pub(crate) fn pairs_change_places(a: &Multipliers, b: &Multipliers) -> bool {
+    let near = ON_CIRCLE.max(2.0 * a.value_error().max(b.value_error()));
+    let [of_a, of_b] = [a, b].map(|multipliers| {
+        let mut pairs: Vec<Complex64> = complex(multipliers).filter(|m| m.im > 0.0).copied().collect();
+        pairs.sort_by(|m, other| m.arg().total_cmp(&other.arg()));
+        pairs
+    });
+    let passes = |out: &[Complex64], inside: &[Complex64]| {
+        out.iter().zip(inside).any(|(out, inside)| out.norm() > 1.0 + near && inside.norm() < 1.0 - near)
+    };
+    of_a.len() == of_b.len() && passes(&of_a, &of_b) && passes(&of_b, &of_a)
+}
+
 /// Reads one test.
 type Read = fn(&Values) -> Option<f64>;
 

@@ -9,7 +9,9 @@ use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::{Change, VERTICAL};
 use crate::branches::points::detect::{OUTSIDE, bifurcations};
-use crate::branches::points::test_functions::{above, at_one, below, is_torus, outside, together};
+use crate::branches::points::test_functions::{
+    above, at_one, below, is_torus, outside, pairs_change_places, together,
+};
 use crate::branches::steps::place::{Place, near_zero, test_of, turns_twice, value};
 use crate::periodic::Multipliers;
 
@@ -175,7 +177,10 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             [Some(from), Some(to)] => (from > 0.0) == (to > 0.0),
             _ => true,
         };
-        if left > 0 && (unexplained.is_some() || all.iter().any(is_hidden) || turns_twice(a, b)) {
+        let changes_places = a.multipliers.as_ref().zip(b.multipliers.as_ref());
+        let changes_places = changes_places.is_some_and(|(of_a, of_b)| pairs_change_places(of_a, of_b));
+        let hides = all.iter().any(is_hidden) || turns_twice(a, b) || changes_places;
+        if left > 0 && (unexplained.is_some() || hides) {
             return self.halve(a, b, left);
         }
         if let Some(what) = unexplained
