@@ -274,8 +274,8 @@ impl Steady {
     /// the distance is smaller by |1 - λ|/(1 - |λ|).
     ///
     /// The estimate is infinite if the differences did not shrink over any four periods: the motion does not
-    /// settle. The errors of the solver are not in it. Nor is a slow mode that changes less in a period than a
-    /// faster one: with rates of 0.5 and 1e-4, a motion that settled to 1e-3 was off by 5e-2. A smaller
+    /// settle. The errors of the solver are not in it. Nor is a slow mode that changes less in a period than
+    /// a faster one: with rates of 0.5 and 1e-4, a motion that settled to 1e-3 was off by 5e-2. A smaller
     /// tolerance waits until the faster mode has decayed.
     pub fn error(&self) -> f64 {
         distance(self.envelope, self.contraction)

@@ -227,7 +227,7 @@ const HALVINGS: usize = 7;
 /// `bounds` each, and on twice as many. Equal panels are exact for the orders of waves, so that forces that
 /// agree within `agree` are means. A force by deflection has a kink where the teeth part: a panel is then
 /// halved until no mean force changes by more than `agree`, so that points gather at the kinks. A period of
-/// many cycles without edges that this does not resolve is summed at even instants.
+/// many cycles that this does not resolve is summed at even instants.
 pub(crate) fn mean_contacts(
     model: &dyn Periodic,
     q: &[f64],
@@ -266,7 +266,7 @@ pub(crate) fn mean_contacts(
         let whole = sums.panel(ends);
         sums.refine(ends, whole, HALVINGS);
     }
-    if bounds.len() == 2 && sums.changes.iter().any(|&change| change > KINKS * agree) {
+    if sums.changes.iter().any(|&change| change > KINKS * agree) {
         return Mean::new(model, Instants::spread(model, SPREAD)).contacts(q);
     }
     sums.all.into_iter().map(contact_of).collect()

@@ -71,7 +71,7 @@ const NEAR: f64 = 1e-12;
 const AT_REST: f64 = 1e-13;
 
 /// Number of Gauss panels in a period, first and at most.
-const PANELS: [usize; 2] = [8, 1024];
+const PANELS: [usize; 2] = [8, 16_384];
 
 /// Largest change of a mean contact force by the halves of a panel that agrees with them, as a share of the
 /// largest mean force `[1]`. A few panels have kinks.
@@ -90,8 +90,9 @@ const CONFIRMED: usize = 128;
 /// stiffness or a transmission error, enters with its mean. A product of two waves, such as stiffness times
 /// transmission error, enters with the mean of the product. The integral is a Gauss sum between the edges of
 /// the drives. It begins with some 40 points; their number is doubled until the balance holds to 1e-9 of the
-/// load, up to some 5000, and confirmed with 640: a smooth pulse narrower than 1/750 of the period may be
-/// missed. In a period with more than 16 384 edges the mean is that of 65 537 evenly spaced instants.
+/// load, up to some 80 000, and confirmed with 640: a smooth pulse narrower than 1/750 of the period may be
+/// missed. If this does not suffice, or in a period with more than 16 384 edges, the mean is that of 65 537
+/// evenly spaced instants.
 ///
 /// Every contact is on its upper flank at first; it changes to the lower flank if it pulls there, and to the
 /// gap if both flanks pull. The load may be shared by contacts for which this search does not end. The bodies
@@ -146,10 +147,12 @@ fn mean_state(model: &dyn Periodic) -> Result<(StaticState, Option<Points>), Lin
     let at_first = || AtRest::new(model, 0.0, Instants::at(model, 0.0), &rigid).find();
     let is_lost =
         |error: &LinearError| matches!(error, LinearError::Free { .. } | LinearError::NoContactState { .. });
-    if intervals > INTERVALS {
+    let at_even_instants = |otherwise: &dyn Fn() -> Result<StaticState, LinearError>| {
         let found = AtRest::new(model, 0.0, Instants::spread(model, SPREAD), &rigid).find();
-        let found = found.or_else(|error| if is_lost(&error) { at_first() } else { Err(error) });
-        return Ok((found?, None));
+        Ok((found.or_else(|error| if is_lost(&error) { otherwise() } else { Err(error) })?, None))
+    };
+    if intervals > INTERVALS {
+        return at_even_instants(&at_first);
     }
     let mut panels = PANELS[0].div_ceil(intervals);
     let mut search = AtRest::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
@@ -176,7 +179,7 @@ fn mean_state(model: &dyn Periodic) -> Result<(StaticState, Option<Points>), Lin
         };
         panels *= 2;
         if panels * intervals > PANELS[1] {
-            return Ok((found, None));
+            return at_even_instants(&|| Ok(found.clone()));
         }
         search = AtRest::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
         if search.confirms(&found) {

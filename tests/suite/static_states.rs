@@ -7,7 +7,7 @@ use gear_dynamics::excitation::{Fourier, RectangularWave};
 use gear_dynamics::linear::static_state;
 use gear_dynamics::model::{Drives, Size};
 use gear_dynamics::models::ring::{RingSet, Shaft};
-use gear_dynamics::trains::{Bearing, Body, Coordinates, MeshPart, Parts, ShaftPart, two_stage};
+use gear_dynamics::trains::{Bearing, Body, Coordinates, MeshPart, OfMesh, Parts, ShaftPart, two_stage};
 use gear_dynamics::{Dop853, Ring, Wave};
 
 /// A motor, a shaft, a pinion and a wheel, under a torque with a ripple.
@@ -75,6 +75,39 @@ fn the_mean_is_that_of_the_whole_period() {
         for (contact, force) in rest.contacts.iter().zip(forces) {
             assert!((contact.force / force - 1.0).abs() < tolerance, "{} for {force}", contact.force);
         }
+    }
+}
+
+/// A mesh with sines as waves is fast between the edges of the other mesh, whose stiffness jumps: hundreds of edges in the
+/// period, several cycles between two of them.
+#[test]
+fn fast_waves_between_many_edges() {
+    for [first, second] in [[[25, 133], [19, 61]], [[43, 78], [26, 46]]] {
+        let radii = |teeth: [u32; 2]| teeth.map(|teeth| 1e-3 * f64::from(teeth));
+        let (k, ripple, error, torque, b) = (4e8, 0.8e8, 3e-6, 50.0, 5e-5);
+        let mut parts = Parts::new();
+        for body in ["pinion 0", "wheel 0", "pinion 1", "wheel 1"] {
+            parts.body(body, Body::new(1e-3));
+        }
+        let runout = |terms: [f64; 2]| fourier(0.0, &[terms]);
+        let mesh = MeshPart::external(first, radii(first), fourier(k, &[[ripple, 0.0]]))
+            .half_backlash(b)
+            .phase(0.1)
+            .error(fourier(0.0, &[[error, 0.0]]))
+            .error_of_turn(OfMesh::Driver, runout([0.0, 2e-6]));
+        parts.mesh("mesh 0", "pinion 0", "wheel 0", mesh);
+        let jumps = Wave::new(RectangularWave::of_contact_ratio(1.5, 3e8, 4.5e8).unwrap());
+        let mesh = MeshPart::external(second, radii(second), jumps)
+            .half_backlash(8e-5)
+            .phase(0.3)
+            .error_of_turn(OfMesh::Driver, runout([2e-6, 0.0]));
+        parts.mesh("mesh 1", "pinion 1", "wheel 1", mesh);
+        parts.shaft("shaft", "wheel 0", "pinion 1", ShaftPart::new(1e5).damping(1.0));
+        parts.torque("drive", "pinion 0", torque).load("wheel 1");
+        let rest = static_state(&parts.build("pinion 0", 100.0).unwrap(), None).unwrap();
+        let force = torque / radii(first)[0];
+        let (found, expected) = (rest.contacts[0].deflection, b + (force + 0.5 * ripple * error) / k);
+        assert!((found - expected).abs() < 1e-6 * force / k, "{first:?}: {found} for {expected}");
     }
 }
 

@@ -18,10 +18,6 @@ use crate::branches::steps::stepper::Stepper;
 use crate::branches::steps::within::Within;
 use crate::model::State;
 
-/// Distance from a crossing up to which a fold with its parameter is the crossing, as a share of the maximum
-/// step `[1]`.
-const AT_CROSSING: f64 = 0.02;
-
 /// Distance of a point from the polynomial through the two points before it from which on a step may have
 /// jumped, as a share of the step `[1]`.
 const OFF: f64 = 1e-3;
@@ -137,17 +133,18 @@ impl<C: OrbitMethod> Stepper<'_, C> {
     }
 
     /// The kinds of located bifurcations. Their distances count from the arclength `from`. A crossing at
-    /// which the branch turns back may be located a second time as a fold. A fold is left out if it lies next
-    /// to a located crossing and has the same parameter.
+    /// which the branch turns back may be located a second time as a fold: its parameter is accurate, but its
+    /// place only to the square root of that. A fold is left out if it lies within a step of a located
+    /// crossing and has the same parameter.
     fn bifurcations(&mut self, from: f64, mut found: Vec<Bifurcation<C>>) -> LocatedPoints<C> {
         let is_crossing = |change: Change| matches!(change, Change::Branch | Change::Branches(_));
         if let Some((sigma, point, _)) = found.iter().rev().find(|(.., change)| is_crossing(*change)) {
             self.crossing = Some([from + sigma, point.p]);
         }
         if let Some([at, p]) = self.crossing {
-            let near = AT_CROSSING * self.settings.max_step;
             found.retain(|(sigma, point, change)| {
-                let at_crossing = (from + sigma - at).abs() < near && same_parameter(point.p, p);
+                let is_near = (from + sigma - at).abs() < self.settings.max_step;
+                let at_crossing = is_near && same_parameter(point.p, p);
                 *change != Change::Fold || !at_crossing
             });
         }
