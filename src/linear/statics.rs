@@ -38,7 +38,8 @@ pub struct StaticState {
     /// Contacts with their deflections, edges and forces: means over the period, or those at the instant.
     /// Forces are by deflection: their mean exceeds the mean load where the teeth part in some instants of
     /// the period. Panels of the sum are then halved until no mean force changes by more than 1e-7 of the
-    /// largest; a period that is not resolved so is summed at 65 537 even instants if no drive jumps in it.
+    /// largest. A period of many cycles that is not resolved so is summed at 65 537 even instants: forces
+    /// that jump in it are right to some 1e-5.
     pub contacts: Vec<Contact>,
     /// The piece of each contact.
     pub pieces: Vec<Piece>,
