@@ -114,7 +114,6 @@ fn cases_that_failed_agree() {
         (20262391, "short-steps-of-pairs", 296),
         (20262422, "short-steps-of-stages", 281),
         (20262431, "stability-of-stages", 75),
-        (20262451, "powers-from-rest", 45),
         (20262452, "short-steps-of-stages", 148),
         (7771, "short-steps-of-pairs", 159),
         (7771, "short-steps-of-pairs", 1737),

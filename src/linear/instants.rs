@@ -224,10 +224,11 @@ pub(crate) const SPREAD: usize = 65_537;
 const HALVINGS: usize = 7;
 
 /// The mean contacts of a model in a position over a period, by Gauss sums on `panels` panels between two
-/// `bounds` each, and on twice as many. Equal panels are exact for the orders of waves, so that forces that
-/// agree within `agree` are means. A force by deflection has a kink where the teeth part: a panel is then
-/// halved until no mean force changes by more than `agree`, so that points gather at the kinks. A period of
-/// many cycles that this does not resolve is summed at even instants.
+/// `bounds` each. If the sums on twice as many panels are the same within `agree`, they are returned: equal
+/// panels that fill a period without edges are exact for nearly all orders of its waves, however fast they
+/// are. A force by deflection has a kink where the teeth part. A panel is then halved until its share of each
+/// mean force changes by at most `agree`. If the changes of all panels are large together, as with kinks in
+/// thousands of mesh cycles, the period is summed at even instants.
 pub(crate) fn mean_contacts(
     model: &dyn Periodic,
     q: &[f64],
@@ -272,8 +273,8 @@ pub(crate) fn mean_contacts(
     sums.all.into_iter().map(contact_of).collect()
 }
 
-/// Sum of the last changes of all panels, in those that a panel may have, above which their points do not
-/// resolve a contact. The panels of a few kinks stay below it.
+/// Allowed sum of the last changes of all panels, over the allowed change of one panel `[1]`. A few kinks
+/// stay below it.
 const KINKS: f64 = 64.0;
 
 /// Adds sums of contacts.

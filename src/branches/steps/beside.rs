@@ -66,8 +66,8 @@ impl<C: OrbitMethod> Within<'_, '_, C> {
         Ok(())
     }
 
-    /// Locates a doubling and a Neimark-Sacker point where their tests change sign between two places without
-    /// one that is known.
+    /// Locates a doubling and a Neimark-Sacker point where their tests change sign between two places. A kind
+    /// with a known point between the places is left out.
     fn search_passed(&mut self, a: &Place<C::Solution>, b: &Place<C::Solution>) -> Result<(), CurveError> {
         for change in [Change::NeimarkSacker, Change::PeriodDoubling] {
             let is_known = |(sigma, _, found): &(f64, _, Change)| {

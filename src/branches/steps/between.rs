@@ -133,9 +133,9 @@ impl<C: OrbitMethod> Stepper<'_, C> {
     }
 
     /// The kinds of located bifurcations. Their distances count from the arclength `from`. A crossing at
-    /// which the branch turns back may be located a second time as a fold: its parameter is accurate, but its
-    /// place only to the square root of that. A fold is left out if it lies within a step of a located
-    /// crossing and has the same parameter.
+    /// which the branch turns back may be located a second time as a fold. The parameter hardly changes near
+    /// such a crossing, so that rounding moves the fold far along the branch. A fold is left out if it lies
+    /// within a maximum step of a located crossing and has the same parameter.
     fn bifurcations(&mut self, from: f64, mut found: Vec<Bifurcation<C>>) -> LocatedPoints<C> {
         let is_crossing = |change: Change| matches!(change, Change::Branch | Change::Branches(_));
         if let Some((sigma, point, _)) = found.iter().rev().find(|(.., change)| is_crossing(*change)) {

@@ -177,9 +177,9 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             [Some(from), Some(to)] => (from > 0.0) == (to > 0.0),
             _ => true,
         };
-        let changes_places = a.multipliers.as_ref().zip(b.multipliers.as_ref());
-        let changes_places = changes_places.is_some_and(|(of_a, of_b)| pairs_change_places(of_a, of_b));
-        let hides = all.iter().any(is_hidden) || turns_twice(a, b) || changes_places;
+        let ends = a.multipliers.as_ref().zip(b.multipliers.as_ref());
+        let change_places = ends.is_some_and(|(of_a, of_b)| pairs_change_places(of_a, of_b));
+        let hides = all.iter().any(is_hidden) || turns_twice(a, b) || change_places;
         if left > 0 && (unexplained.is_some() || hides) {
             return self.halve(a, b, left);
         }
