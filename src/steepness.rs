@@ -36,10 +36,14 @@ fn reach([first, second, third]: [f64; JETS - 1], way: f64) -> f64 {
     (first / way).abs() + (second / way).abs().sqrt() + libm::cbrt((third / way).abs())
 }
 
+/// The steepness of a product that is 0: nothing is known of it. Example: from rest a product of high degree
+/// is 0 with all its coefficients.
+pub(crate) const UNKNOWN: f64 = f64::MIN_POSITIVE;
+
 /// The [`steepness`] of a product of high degree, from its own coefficients: it is e^w with the logarithm w
-/// of its size. 0 for a product that is 0, or so small: its factors of lower degree are not.
+/// of its size. [`UNKNOWN`] for a product that is 0, or so small: its factors of lower degree may tell.
 pub(crate) fn steepness_of_product(jets: [f64; JETS]) -> f64 {
-    if jets[0] == 0.0 { 0.0 } else { steepness(logarithm(jets)) }
+    if jets[0] == 0.0 { UNKNOWN } else { steepness(logarithm(jets)) }
 }
 
 /// The Taylor coefficients of ln |b|: a power b^p is e^w with w = p ln |b|.

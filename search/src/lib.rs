@@ -8,7 +8,7 @@
 //! - `--cases N` makes N cases of each check, whatever time that takes;
 //! - `--case CHECK:INDEX` makes one case again and prints its values.
 //!
-//! A case that runs for more than two minutes counts as a hang and ends the search.
+//! A case that runs for more than ten minutes counts as a hang and ends the search.
 //!
 //! A model without what the check compares is drawn again. The column `of models %` is the share of such
 //! models. The exit code is 1, too, if more than 5 % of the cases of a check find no model in 16 draws, or if

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 const USAGE: &str = "search SEED SECONDS [--only CHECK] [--cases N] [--case CHECK:INDEX]";
 
 /// Time after which a case counts as a hang.
-const LIMIT: Duration = Duration::from_secs(120);
+const LIMIT: Duration = Duration::from_secs(600);
 
 /// Counts of one check.
 #[derive(Default)]

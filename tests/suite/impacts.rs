@@ -602,6 +602,14 @@ fn shooting_at_a_fold_of_impact_orbits_says_that_it_is_singular() {
         let v = 0.5 * (lo + hi);
         let amplitude = oscillator.closed(n, v).1;
         assert!((amplitude / least - 1.0).abs() < 1e-9, "{amplitude} {least}");
+        // The state of the fold is no start for an amplitude beside it: its equations are singular.
+        for beside in [1e-12, 1e-10, 1e-8] {
+            let model = Oscillator::new(c, omega, amplitude * (1.0 + beside));
+            match Shooting::new().period_multiple(n).solve(&model, &[model.guess(n, v)]) {
+                Ok(_) | Err(ShootingError::Singular { .. }) => {}
+                Err(other) => panic!("{beside}: {other}"),
+            }
+        }
         let model = Oscillator::new(c, omega, amplitude);
         for off in [0.0, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3] {
             let state = model.guess(n, v * (1.0 + off));

@@ -367,6 +367,19 @@ fn guesses_and_instants() {
     assert!(off(&next, &[direct.states()[0].q[0], direct.states()[0].v[0]]) < 1e-11);
 }
 
+/// q'' = cos t - ω² q has no damping: with a whole ω every motion has two multipliers of 1.
+#[test]
+fn undamped_resonances_are_singular() {
+    for omega in [1.0, 2.0, 3.0, 5.0] {
+        let swing = from_fn(1, move |t, q, _, a| a[0] = f64::cos(t) - omega * omega * q[0]).unwrap();
+        let model = swing.with_period(TAU).unwrap();
+        for q in [0.0, 0.3] {
+            let found = Shooting::new().solve(&model, &State::new(0.0, &[q], &[0.0])).map(drop);
+            assert!(matches!(found, Err(ShootingError::Singular { .. })), "{omega} {q}: {found:?}");
+        }
+    }
+}
+
 #[test]
 fn bad_guesses() {
     let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.0, amplitude: 0.0, stiffness: 0.0 };

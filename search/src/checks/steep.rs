@@ -131,6 +131,15 @@ impl Reference {
         }
         Ok(Reference { exact, open, growth, n })
     }
+
+    /// Whether the motion from a start that differs by `by` is far away, or infinite, at the end.
+    pub fn escapes(&self, f: &dyn Fn(f64, [f64; 2]) -> f64, start: [f64; 2], end: f64, by: f64) -> bool {
+        let changes = [[by, 0.0], [-by, 0.0], [0.0, by], [0.0, -by]];
+        changes.into_iter().any(|[x, v]| {
+            let y = reference(f, [start[0] + x, start[1] + v], end, self.n);
+            !(apart(y, self.exact) < 1e3)
+        })
+    }
 }
 
 /// The end of `n` steps of the classical Runge-Kutta method of order 4.

@@ -76,10 +76,13 @@ pub(crate) fn distances<const K: usize>(
     }
 }
 
+/// A gap of this width and more counts as infinite. A comparison with infinity itself takes ten instructions.
+const ENDLESS: f64 = 1e300;
+
 /// Length to which the slack is relative: the width of the gap or, if that is zero or infinite, |deflection|.
 /// The lower limit of |deflection| keeps the slack, a share of it, above the smallest normal number.
 #[inline(always)]
 pub(crate) fn scale(c: &Contact) -> f64 {
     let (gap, size) = (c.upper - c.lower, larger(c.deflection.abs(), f64::MIN_POSITIVE / SLACK));
-    if gap > 0.0 && gap < f64::INFINITY { gap } else { size }
+    if gap > 0.0 && gap < ENDLESS { gap } else { size }
 }

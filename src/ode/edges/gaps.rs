@@ -119,7 +119,8 @@ impl Gaps {
         let states = start.iter().zip(&e.contacts).zip(end).zip(&e.pieces);
         let memory = self.seen.iter_mut().zip(&self.known).zip(noise);
         for ((((start, inside), end), &piece), ((seen, known), &noise)) in states.zip(memory) {
-            for ((seen, known), &edge) in seen.iter_mut().zip(known).zip(Edge::around(piece)) {
+            for (k, &edge) in Edge::around(piece).iter().enumerate() {
+                let (seen, known) = (&mut seen[k], known[k]);
                 let [d0, d, d1] = distances(edge, piece, [start, inside, end], h);
                 (seen.start, seen.end) = (d0, d1);
                 if !d.value.is_finite() {
@@ -145,9 +146,9 @@ impl Gaps {
             for (((seen, known), c), noise) in self.seen.iter().zip(&mut self.known).zip(end).zip(noise) {
                 // Deviations at the level of rounding do not grow with the step and are not kept.
                 for (seen, known) in seen.iter().zip(known) {
-                    let least = UNSEEN * FLOOR * reach(c, [seen.start.value, seen.end.value]);
-                    *known =
-                        if seen.off > larger(least, ROUNDINGS * noise) { FADING * seen.off } else { 0.0 };
+                    let grows = seen.off > ROUNDINGS * noise
+                        && seen.off > UNSEEN * FLOOR * reach(c, [seen.start.value, seen.end.value]);
+                    *known = if grows { FADING * seen.off } else { 0.0 };
                 }
             }
             self.length = h;
@@ -155,7 +156,8 @@ impl Gaps {
                 self.longest = self.longest.max(h);
             }
             self.retries = 0;
-            return Resolved::Yes(if ratio > 0.0 { 0.9 / ratio.sqrt().sqrt() } else { f64::INFINITY });
+            let grows = T::ADAPTIVE && ratio > 0.0;
+            return Resolved::Yes(if grows { 0.9 / ratio.sqrt().sqrt() } else { f64::INFINITY });
         }
         self.retries += 1;
         self.longest = self.longest.min(0.5 * h);

@@ -166,13 +166,11 @@ impl Locator {
     /// Makes the end of the step the start of the next one.
     #[inline(always)]
     pub(crate) fn accept<V: Vector>(&mut self, e: &mut Ends<'_, V>) {
-        for (i, end) in e.contacts.iter().enumerate() {
+        for ((start, longest), end) in self.start.iter_mut().zip(&mut self.ways).zip(&e.contacts) {
             // NaN at an edge that is infinite.
-            let way = |edge: Edge| (edge.distance(end) - edge.distance(&self.start[i])).abs();
-            let (lower, upper) = (way(Edge::Lower), way(Edge::Upper));
-            self.goes(i, lower);
-            self.goes(i, upper);
-            self.start[i] = *end;
+            let way = |edge: Edge| (edge.distance(end) - edge.distance(start)).abs();
+            *longest = larger(way(Edge::Upper), larger(way(Edge::Lower), *longest));
+            *start = *end;
         }
         self.advance();
         if self.countdown == 0 {

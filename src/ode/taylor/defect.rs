@@ -7,7 +7,7 @@ use crate::ode::taylor::expansion::coefficients::Coefficients;
 use crate::ode::taylor::expansion::plan::EdgeColumn;
 use crate::ode::taylor::pace::FINEST;
 use crate::series::Series;
-use crate::steepness::JETS;
+use crate::steepness::{JETS, UNKNOWN};
 use crate::tape::operations::Tape;
 
 /// The polynomials of a motion over a step.
@@ -103,13 +103,15 @@ impl Defect {
         let mut h = step.h;
         motion.state(0.0, &mut self.start);
         let orders = if step.is_steep { JETS } else { 1 };
-        let first = self.look(step.t, 0.0, orders, expanded, motion);
+        let known = self.look(step.t, 0.0, orders, expanded, motion);
+        let is_unknown = self.has_unknown_product();
         for ((per, atol), i) in self.per.iter_mut().zip(step.atol).zip(0..) {
             let n = self.held.len();
             let rate = if i < n { self.c.q(1)[i] } else { self.c.v(1)[i - n] };
             *per = 1.0 / (atol + step.rtol * (self.start[i].abs() + h * rate.abs()) + f64::MIN_POSITIVE);
         }
         loop {
+            let first = if is_unknown { known.max(INSTANTS as f64 / h) } else { known };
             let (mut s, mut steepness, mut before, mut sum) = (0.0, first, 0.0, 0.0);
             let end = h * (1.0 - BEFORE_END);
             if step.t + end >= step.t + h {
@@ -165,6 +167,13 @@ impl Defect {
         }
         let of_drives = self.c.plan.drives.iter().map(|(drive, _)| self.series[*drive].steepness());
         of_drives.fold(if self.of_tape { self.c.steepness() } else { 0.0 }, f64::max)
+    }
+
+    /// Whether a product of high degree, on the tape or in a drive, is 0 at the start of the step. What it
+    /// becomes shows in the first of all instants.
+    fn has_unknown_product(&self) -> bool {
+        let in_drive = |drive: &usize| self.series[*drive].steepness() == UNKNOWN;
+        self.of_tape && self.c.has_unknown_product() || self.c.plan.drives.iter().any(|(d, _)| in_drive(d))
     }
 
     /// How fast the defect at the instant changes coordinates, velocities and distances, in tolerances

@@ -28,6 +28,10 @@ const FOLD: f64 = 1e-2;
 /// of the range `[1]`. An iterate with a larger correction is far from an orbit.
 const NEAR: f64 = 0.1;
 
+/// The equations of an iterate far from an orbit are singular if a multiplier of it is within this distance
+/// of 1 `[1]`.
+const SINGULAR: f64 = 1e-4;
+
 /// What the flow over the segments is integrated for.
 #[derive(Clone, Copy)]
 pub(crate) enum Purpose {
@@ -188,12 +192,14 @@ impl<'m> Segments<'m> {
     /// The error for corrections that do not become small; `largest`: that of
     /// [`largest_change`](Segments::largest_change) for the last one. At a multiplier of 1 the equations are
     /// singular: an error of the flow moves the iterate by its root, and corrections end at that distance.
+    /// From an iterate that is itself singular they do not begin.
     pub(crate) fn failure(&self, round: &Round, largest: (usize, f64), last: Iterate) -> ShootingError {
         let monodromy = round.monodromy();
         let multipliers = Multipliers::without(&monodromy, self.rigid(), f64::INFINITY);
+        let apart = if largest.1 < NEAR { FOLD } else { SINGULAR };
         let near_one =
-            |multipliers: Multipliers| multipliers.values().iter().any(|z| (z - 1.0).norm() < FOLD);
-        if largest.1 < NEAR && multipliers.is_ok_and(near_one) {
+            |multipliers: Multipliers| multipliers.values().iter().any(|z| (z - 1.0).norm() < apart);
+        if multipliers.is_ok_and(near_one) {
             let (m, k) = self.rigid().shape();
             let mut equations = DMatrix::zeros(m + k, m);
             equations.rows_mut(0, m).copy_from(&(&monodromy - DMatrix::identity(m, m)));

@@ -26,4 +26,10 @@ impl Coefficients {
         let products = self.plan.high_products.iter().map(|&column| steepness_of_product(jets(column)));
         all.chain(products).fold(0.0, f64::max)
     }
+
+    /// Whether a product of high degree is 0, so that its coefficients say nothing of what comes.
+    pub(crate) fn has_unknown_product(&self) -> bool {
+        let values = self.x.as_flattened();
+        self.plan.high_products.iter().any(|&column| values[column as usize] == 0.0)
+    }
 }
