@@ -137,7 +137,8 @@ impl Reference {
         let changes = [[by, 0.0], [-by, 0.0], [0.0, by], [0.0, -by]];
         changes.into_iter().any(|[x, v]| {
             let y = reference(f, [start[0] + x, start[1] + v], end, self.n);
-            !(apart(y, self.exact) < 1e3)
+            let apart = apart(y, self.exact);
+            apart.is_nan() || apart > 1e3
         })
     }
 }
