@@ -36,12 +36,12 @@ fn reach([first, second, third]: [f64; JETS - 1], way: f64) -> f64 {
     (first / way).abs() + (second / way).abs().sqrt() + libm::cbrt((third / way).abs())
 }
 
-/// The steepness of a product that is 0: nothing is known of it. Example: from rest a product of high degree
-/// is 0 with all its coefficients.
-pub(crate) const UNKNOWN: f64 = f64::MIN_POSITIVE;
+/// The steepness of a product of high degree that is 0. Its coefficients do not show how soon it changes:
+/// from rest all of them are 0.
+const UNKNOWN: f64 = f64::MIN_POSITIVE;
 
 /// The [`steepness`] of a product of high degree, from its own coefficients: it is e^w with the logarithm w
-/// of its size. [`UNKNOWN`] for a product that is 0, or so small: its factors of lower degree may tell.
+/// of its size. A product that is 0 has the steepness [`UNKNOWN`], and one that is too small for a double.
 pub(crate) fn steepness_of_product(jets: [f64; JETS]) -> f64 {
     if jets[0] == 0.0 { UNKNOWN } else { steepness(logarithm(jets)) }
 }

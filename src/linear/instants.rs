@@ -227,8 +227,8 @@ const HALVINGS: usize = 7;
 /// `bounds` each. If the sums on twice as many panels are the same within `agree`, they are returned: equal
 /// panels that fill a period without edges are exact for nearly all orders of its waves, however fast they
 /// are. A force by deflection has a kink where the teeth part. A panel is then halved until its share of each
-/// mean force changes by at most `agree`. If the changes of all panels are large together, as with kinks in
-/// thousands of mesh cycles, the period is summed at even instants.
+/// mean force changes by at most `agree`. Kinks in thousands of mesh cycles change all panels together: the
+/// period is then summed at even instants.
 pub(crate) fn mean_contacts(
     model: &dyn Periodic,
     q: &[f64],
@@ -273,8 +273,8 @@ pub(crate) fn mean_contacts(
     sums.all.into_iter().map(contact_of).collect()
 }
 
-/// Allowed sum of the last changes of all panels, over the allowed change of one panel `[1]`. A few kinks
-/// stay below it.
+/// Largest allowed sum of the last changes of all panels, in units of the change that one panel may have
+/// `[1]`. A few kinks stay below it.
 const KINKS: f64 = 64.0;
 
 /// Adds sums of contacts.

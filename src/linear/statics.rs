@@ -38,8 +38,8 @@ pub struct StaticState {
     /// Contacts with their deflections, edges and forces: means over the period, or those at the instant.
     /// Forces are by deflection: their mean exceeds the mean load where the teeth part in some instants of
     /// the period. Panels of the sum are then halved until none changes a mean force by more than 1e-7 of the
-    /// largest; errors up to 6e-7 were seen. Where teeth part in thousands of cycles the mean is that of
-    /// 65 537 even instants: forces that jump are right to some 1e-5.
+    /// largest; the largest error that was seen is 6e-7. If teeth part in thousands of mesh cycles, the mean
+    /// is taken over 65 537 even instants. Forces that jump are then right to some 1e-5.
     pub contacts: Vec<Contact>,
     /// The piece of each contact.
     pub pieces: Vec<Piece>,
@@ -90,10 +90,10 @@ const CONFIRMED: usize = 128;
 /// even if the transmission error exceeds the static deflection. A wave that acts alone, such as a load, a
 /// stiffness or a transmission error, enters with its mean. A product of two waves, such as stiffness times
 /// transmission error, enters with the mean of the product. The integral is a Gauss sum between the edges of
-/// the drives. It begins with some 40 points. Their number is doubled, up to some 80 000, until the balance
-/// holds to 1e-9 of the load in a sum of at least 640 points: a smooth pulse narrower than 1/750 of the
-/// period may be missed. If no sum holds it, or in a period with more than 16 384 edges, the mean is that of
-/// 65 537 evenly spaced instants.
+/// the drives. It begins with some 40 points. Their number is doubled, up to some 80 000, until the loads
+/// balance to 1e-9. The last sum has at least 640 points: it may miss a smooth pulse narrower than 1/750 of
+/// the period. If no sum balances, or in a period with more than 16 384 edges, the mean is taken over 65 537
+/// even instants.
 ///
 /// Every contact is on its upper flank at first; it changes to the lower flank if it pulls there, and to the
 /// gap if both flanks pull. The load may be shared by contacts for which this search does not end. The bodies

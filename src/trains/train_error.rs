@@ -33,9 +33,9 @@ pub enum Warning {
     /// Meshes with gears on one body vary over their teeth, and more than one of them states no phase. What
     /// the train does depends on the phases between them.
     PhaseUnstated,
-    /// A value is a thousand times off what steel gears have, or a wave of a mesh repeats z times in one mesh
-    /// cycle, with the number z of teeth of one of its gears. Such a wave may be meant over a turn of this
-    /// gear. Trains of dimensionless numbers accept this warning.
+    /// A value is a thousand times off what steel gears have, or the order of a wave equals the number of
+    /// teeth of a gear of its mesh. Orders count periods per mesh cycle. The wave may have been meant per
+    /// turn of the gear. Trains of dimensionless numbers accept this warning.
     UnusualValue,
 }
 

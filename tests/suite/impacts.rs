@@ -602,24 +602,19 @@ fn shooting_at_a_fold_of_impact_orbits_says_that_it_is_singular() {
         let v = 0.5 * (lo + hi);
         let amplitude = oscillator.closed(n, v).1;
         assert!((amplitude / least - 1.0).abs() < 1e-9, "{amplitude} {least}");
-        // The state of the fold is no start for an amplitude beside it: its equations are singular.
-        for beside in [1e-12, 1e-10, 1e-8] {
+        // From the state of the fold, for amplitudes beside it, too.
+        let at_fold = [0.0, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3].map(|off| (0.0, off));
+        let beside_fold = [1e-12, 1e-10, 1e-8].map(|beside| (beside, 0.0));
+        for (beside, off) in at_fold.into_iter().chain(beside_fold) {
             let model = Oscillator::new(c, omega, amplitude * (1.0 + beside));
-            match Shooting::new().period_multiple(n).solve(&model, &[model.guess(n, v)]) {
-                Ok(_) | Err(ShootingError::Singular { .. }) => {}
-                Err(other) => panic!("{beside}: {other}"),
-            }
-        }
-        let model = Oscillator::new(c, omega, amplitude);
-        for off in [0.0, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3] {
             let state = model.guess(n, v * (1.0 + off));
             match Shooting::new().period_multiple(n).solve(&model, &[state]) {
                 Err(ShootingError::Singular { .. }) => singular += 1,
                 Ok(orbit) => {
                     let near = |z: &num_complex::Complex64| (z - 1.0).norm() < 1e-2;
-                    assert!(orbit.multipliers().values().iter().any(near), "{off}");
+                    assert!(orbit.multipliers().values().iter().any(near), "{beside} {off}");
                 }
-                Err(other) => panic!("{off}: {other}"),
+                Err(other) => panic!("{beside} {off}: {other}"),
             }
         }
     }

@@ -126,9 +126,9 @@ pub(crate) fn is_torus(multipliers: &Multipliers) -> bool {
     complex(multipliers).any(|m| (m.norm() - 1.0).abs() < near)
 }
 
-/// Whether one complex pair leaves the unit circle between two points and another one enters it. The number
-/// of multipliers outside and the sign of [`torus`] are then the same at both points. Pairs are told apart by
-/// the order of their arguments.
+/// Whether one complex pair of multipliers leaves the unit circle between two points while another pair
+/// enters it. The number of multipliers outside and the sign of [`torus`] are then the same at both points.
+/// Pairs are told apart by the order of their arguments.
 pub(crate) fn pairs_change_places(a: &Multipliers, b: &Multipliers) -> bool {
     let near = ON_CIRCLE.max(2.0 * a.value_error().max(b.value_error()));
     let [of_a, of_b] = [a, b].map(|multipliers| {

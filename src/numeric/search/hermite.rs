@@ -17,9 +17,6 @@ const CHECKED_DIP: f64 = 0.25;
 /// the ends: a cubic dips by at most 4/27 of that sum.
 const FAR: f64 = 0.2;
 
-/// The share of a rate by which a Bézier point differs from its end `[1]`.
-const THIRD: f64 = 1.0 / 3.0;
-
 /// d(σ) = d0 + a σ + b σ² + c σ³, σ from 0 to 1 over the interval.
 pub(crate) struct Hermite {
     /// d0.
@@ -44,7 +41,7 @@ impl Hermite {
     #[inline]
     pub(crate) fn is_clear(d0: Distance, d1: Distance, floor: f64) -> bool {
         let (ends, rates) = (smaller(d0.value, d1.value), d0.rate.abs() + d1.rate.abs());
-        ends > FAR * rates && ends - THIRD * rates > floor
+        ends > FAR * rates && ends - rates / 3.0 > floor
     }
 
     /// The cubic over an interval of θ of length `width`; rates per unit of θ.

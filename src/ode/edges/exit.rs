@@ -76,7 +76,8 @@ pub(crate) fn distances<const K: usize>(
     }
 }
 
-/// A gap of this width and more counts as infinite. A comparison with infinity itself takes ten instructions.
+/// A gap of this width and more counts as infinite. The compiler turns a comparison with infinity into ten
+/// instructions.
 const ENDLESS: f64 = 1e300;
 
 /// Length to which the slack is relative: the width of the gap or, if that is zero or infinite, |deflection|.

@@ -146,9 +146,9 @@ impl Gaps {
             for (((seen, known), c), noise) in self.seen.iter().zip(&mut self.known).zip(end).zip(noise) {
                 // Deviations at the level of rounding do not grow with the step and are not kept.
                 for (seen, known) in seen.iter().zip(known) {
-                    let grows = seen.off > ROUNDINGS * noise
+                    let is_kept = seen.off > ROUNDINGS * noise
                         && seen.off > UNSEEN * FLOOR * reach(c, [seen.start.value, seen.end.value]);
-                    *known = if grows { FADING * seen.off } else { 0.0 };
+                    *known = if is_kept { FADING * seen.off } else { 0.0 };
                 }
             }
             self.length = h;
@@ -156,8 +156,8 @@ impl Gaps {
                 self.longest = self.longest.max(h);
             }
             self.retries = 0;
-            let grows = T::ADAPTIVE && ratio > 0.0;
-            return Resolved::Yes(if grows { 0.9 / ratio.sqrt().sqrt() } else { f64::INFINITY });
+            let limits = T::ADAPTIVE && ratio > 0.0;
+            return Resolved::Yes(if limits { 0.9 / ratio.sqrt().sqrt() } else { f64::INFINITY });
         }
         self.retries += 1;
         self.longest = self.longest.min(0.5 * h);

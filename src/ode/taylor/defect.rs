@@ -2,12 +2,13 @@
 
 use crate::contact::Piece;
 use crate::model::expansion::expand::Expand;
+use crate::ode::taylor::course::are_steep;
 use crate::ode::taylor::distances::Distances;
 use crate::ode::taylor::expansion::coefficients::Coefficients;
 use crate::ode::taylor::expansion::plan::EdgeColumn;
 use crate::ode::taylor::pace::FINEST;
 use crate::series::Series;
-use crate::steepness::{JETS, UNKNOWN};
+use crate::steepness::JETS;
 use crate::tape::operations::Tape;
 
 /// The polynomials of a motion over a step.
@@ -104,7 +105,7 @@ impl Defect {
         motion.state(0.0, &mut self.start);
         let orders = if step.is_steep { JETS } else { 1 };
         let known = self.look(step.t, 0.0, orders, expanded, motion);
-        let is_unknown = self.has_unknown_product();
+        let is_unknown = self.may_hide_a_product();
         for ((per, atol), i) in self.per.iter_mut().zip(step.atol).zip(0..) {
             let n = self.held.len();
             let rate = if i < n { self.c.q(1)[i] } else { self.c.v(1)[i - n] };
@@ -169,11 +170,10 @@ impl Defect {
         of_drives.fold(if self.of_tape { self.c.steepness() } else { 0.0 }, f64::max)
     }
 
-    /// Whether a product of high degree, on the tape or in a drive, is 0 at the start of the step. What it
-    /// becomes shows in the first of all instants.
-    fn has_unknown_product(&self) -> bool {
-        let in_drive = |drive: &usize| self.series[*drive].steepness() == UNKNOWN;
-        self.of_tape && self.c.has_unknown_product() || self.c.plan.drives.iter().any(|(d, _)| in_drive(d))
+    /// Whether a product of high degree is 0 at the start of the step, or may be: a drive tells only that it
+    /// is steep. What the product becomes shows in the first of all instants.
+    fn may_hide_a_product(&self) -> bool {
+        self.of_tape && self.c.has_unknown_product() || are_steep(&self.series, &self.c.plan.drives)
     }
 
     /// How fast the defect at the instant changes coordinates, velocities and distances, in tolerances
