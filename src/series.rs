@@ -3,11 +3,7 @@
 use crate::scalar::{Scalar, is_product};
 use crate::steepness::{HIGH_DEGREE, JETS, logarithm, steepness, steepness_of_product};
 use std::fmt;
-use std::ops::Add;
-use std::ops::Div;
-use std::ops::Mul;
-use std::ops::Neg;
-use std::ops::Sub;
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A truncated Taylor series c_0 + c_1 t + c_2 t² + ... over the time t after an instant.
 ///
@@ -193,6 +189,10 @@ impl Series {
     /// The largest steepness of its functions. See [`steepness`].
     pub(crate) fn steepness(&self) -> f64 {
         self.steepness
+    }
+    /// Sets the largest steepness of its functions `[1/s]`.
+    pub(crate) fn set_steepness(&mut self, steepness: f64) {
+        self.steepness = steepness;
     }
     /// The same polynomial over the time after an instant that is later by `by`.
     pub(crate) fn later(mut self, by: f64) -> Self {

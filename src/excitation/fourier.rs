@@ -3,7 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::enclosed_angle::EnclosedAngle;
 use crate::excitation::jet::Jet;
-use crate::excitation::wave_weights::WaveWeights;
+use crate::excitation::wave_weights::{Sizes, WaveWeights};
 use crate::interval::number::Interval;
 use crate::numeric::sine::turned;
 use crate::scalar::Scalar;
@@ -26,6 +26,8 @@ pub struct Fourier {
     pairs: Vec<[f64; 2]>,
     /// The orders of the pairs that are not 0, with the weights of their Taylor coefficients.
     weights: Vec<(usize, WaveWeights)>,
+    /// What the sums of many of them may hide.
+    sizes: Option<Box<Sizes>>,
 }
 
 impl Fourier {
@@ -91,8 +93,10 @@ impl Fourier {
 
     fn unchecked(mean: f64, pairs: Vec<[f64; 2]>) -> Self {
         let orders = (1..).zip(&pairs).filter(|(_, pair)| **pair != [0.0; 2]);
-        let weights = orders.map(|(n, _)| (n, WaveWeights::new(n as f64))).collect();
-        Fourier { mean, pairs, weights }
+        let weights: Vec<_> = orders.map(|(n, _)| (n, WaveWeights::new(n as f64))).collect();
+        let terms = weights.iter().map(|(n, w)| (*n as f64, pairs[n - 1][0].hypot(pairs[n - 1][1]), w));
+        let sizes = Sizes::of(terms).map(Box::new);
+        Fourier { mean, pairs, weights, sizes }
     }
 
     /// Mean of the series.
@@ -156,8 +160,15 @@ impl Fourier {
                 }
             })
         };
-        let value = series(0);
-        if jet { Jet { value, rate: series(1), second: series(2) } } else { Jet::constant(value) }
+        let mut of = Jet::constant(series(0));
+        if jet {
+            (of.rate, of.second) = (series(1), series(2));
+        }
+        if let Some(sizes) = &self.sizes {
+            let hidden = sizes.steepness(of.value.coefficients(), w);
+            [&mut of.value, &mut of.rate, &mut of.second].map(|series| series.set_steepness(hidden));
+        }
+        of
     }
 
     /// The sum of two series; `None` if it has too many waves.

@@ -1,6 +1,7 @@
-//! The weights with which waves of one order are expanded over time.
+//! The weights with which waves of one order are expanded over time, and what their sums may hide.
 
 use crate::series::{BLOCKS, EIGHT};
+use crate::steepness::{HIGH_DEGREE, JETS};
 use std::fmt;
 
 /// The weights n^k/k! of the Taylor coefficients k of a wave of order n over its angle, with the signs
@@ -36,6 +37,60 @@ impl WaveWeights {
 }
 
 impl fmt::Debug for WaveWeights {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("..")
+    }
+}
+
+/// The sizes Σ_n A_n n^k/k! that the Taylor coefficients k of a sum of waves over their angle have at most.
+/// Waves of many orders can cancel, so that the sum is 0 with many coefficients at one angle and large at
+/// the next: (1 - cos φ)^n is 0 with 2n of them at φ = 0.
+#[derive(Clone, PartialEq)]
+pub(crate) struct Sizes {
+    sizes: [[f64; EIGHT]; BLOCKS],
+    /// The highest order.
+    highest: f64,
+}
+
+/// Below this share of its size a coefficient shows nothing of what is to come `[1]`.
+const SHOWN: f64 = 1.0 / 16.0;
+
+impl Sizes {
+    /// The sizes of a sum of terms n, A_n and weights, orders increasing; `None` if its terms are too few to
+    /// hide something. M terms and a mean are 0 with 2M coefficients at most.
+    pub(crate) fn of<'w>(terms: impl ExactSizeIterator<Item = (f64, f64, &'w WaveWeights)>) -> Option<Self> {
+        if 2 * terms.len() <= HIGH_DEGREE {
+            return None;
+        }
+        let mut of = Sizes { sizes: [[0.0; EIGHT]; BLOCKS], highest: 0.0 };
+        for (n, amplitude, weights) in terms {
+            of.highest = n;
+            let weights = weights.0.as_flattened();
+            of.sizes.as_flattened_mut().iter_mut().zip(weights).for_each(|(s, w)| *s += amplitude * w.abs());
+        }
+        Some(of)
+    }
+
+    /// How steep the sum may be beyond these coefficients over time, at the speed φ'; 0 if the last of them
+    /// show it `[1/s]`.
+    #[inline]
+    pub(crate) fn steepness(&self, coefficients: &[f64], speed: f64) -> f64 {
+        let is_hidden = self.hides(coefficients.len(), speed, |k| coefficients[k]);
+        if is_hidden { (self.highest * speed).abs() } else { 0.0 }
+    }
+
+    /// Whether the last two of the Taylor coefficients `at(k)` over time do not show the sum. Few of them
+    /// never do.
+    #[inline]
+    pub(crate) fn hides(&self, coefficients: usize, speed: f64, at: impl Fn(usize) -> f64) -> bool {
+        let sizes = self.sizes.as_flattened();
+        let size = |k: usize| sizes[k] * libm::pow(speed.abs(), k as f64);
+        let last = coefficients.saturating_sub(2)..coefficients;
+        coefficients <= JETS + 1 || last.into_iter().all(|k| at(k).abs() < SHOWN * size(k))
+    }
+}
+
+impl fmt::Debug for Sizes {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("..")
     }

@@ -76,6 +76,16 @@ pub(crate) fn distances<const K: usize>(
     }
 }
 
+/// The longest way of a contact from an edge in one step times this number replaces a gap that is wider
+/// `[1]`: a motion near one edge of a wide gap does not know of the other edge.
+pub(crate) const WIDE: f64 = 1e4;
+
+/// Whether the gap of a contact with this [`scale`] is wide beside its way from an edge in one step.
+#[inline(always)]
+pub(crate) fn is_wide(scale: f64, way: f64) -> bool {
+    WIDE * way < scale
+}
+
 /// A gap of this width and more counts as infinite. The compiler turns a comparison with infinity into ten
 /// instructions.
 const ENDLESS: f64 = 1e300;
@@ -86,4 +96,13 @@ const ENDLESS: f64 = 1e300;
 pub(crate) fn scale(c: &Contact) -> f64 {
     let (gap, size) = (c.upper - c.lower, larger(c.deflection.abs(), f64::MIN_POSITIVE / SLACK));
     if gap > 0.0 && gap < ENDLESS { gap } else { size }
+}
+
+/// The way of a contact from an edge before its first step: 0, or a small share of its deflection and of the
+/// edge near it in a gap that is wide beside both. A start on a flank of it is not in the gap.
+pub(crate) fn first_way(c: &Contact) -> f64 {
+    let [lower, upper] = Edge::BOTH.map(|edge| edge.depth(c).abs());
+    let edge = if lower < upper { c.lower } else { c.upper };
+    let size = larger(c.deflection.abs(), edge.abs());
+    if is_wide(scale(c), size) { size / WIDE } else { 0.0 }
 }

@@ -4,7 +4,7 @@ use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
 use crate::numeric::search::extremes::larger;
 use crate::numeric::search::hermite::Hermite;
-use crate::ode::edges::exit::{Exit, Found, SLACK, Share, scale};
+use crate::ode::edges::exit::{Exit, Found, SLACK, Share, WIDE, first_way, is_wide, scale};
 use crate::ode::edges::first_root::{DOUBT, first_root};
 use crate::ode::edges::gaps::{Gaps, Resolved};
 use crate::ode::edges::stops::Stops;
@@ -19,16 +19,6 @@ const STOP: f64 = 1e-14;
 
 /// Accuracy of the location of an edge, as a share of the gap `[1]`.
 const CLOSE: f64 = 1e-13;
-
-/// The longest way of a contact from an edge in one step times this number replaces a gap that is wider
-/// `[1]`: a motion near one edge of a wide gap does not know of the other edge.
-const WIDE: f64 = 1e4;
-
-/// Whether the gap of a contact with this [`scale`] is wide beside its way from an edge in one step.
-#[inline(always)]
-pub(crate) fn is_wide(scale: f64, way: f64) -> bool {
-    WIDE * way < scale
-}
 
 /// Factor by which an earlier step counts less with each later one: the steps of a motion that has settled
 /// move contacts less than the first ones.
@@ -135,6 +125,9 @@ impl Locator {
         e.contacts_at_start();
         self.start.copy_from_slice(&e.contacts);
         for (i, (piece, c)) in e.pieces.iter_mut().zip(&self.start).enumerate() {
+            if self.ways[i] == 0.0 {
+                self.ways[i] = first_way(c);
+            }
             let rates = [c.rate - c.lower_rate, c.rate - c.upper_rate];
             let slack = self.slack(i, c).max(self.rest(i, rates)).max(self.missed[i]);
             let inside = match Edge::of(*piece) {

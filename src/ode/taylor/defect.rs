@@ -6,7 +6,7 @@ use crate::ode::taylor::course::are_steep;
 use crate::ode::taylor::distances::Distances;
 use crate::ode::taylor::expansion::coefficients::Coefficients;
 use crate::ode::taylor::expansion::plan::EdgeColumn;
-use crate::ode::taylor::pace::FINEST;
+use crate::ode::taylor::pace::{FINEST, size_of_distance};
 use crate::series::Series;
 use crate::steepness::JETS;
 use crate::tape::operations::Tape;
@@ -198,7 +198,8 @@ impl Defect {
                     .fold(0.0, |sum, k| sum * s + motion.coefficient(k, edge.column));
             let opposite = self.c.plan.edges.iter().find(|other| other.is_opposite(own));
             let gap = opposite.map_or(0.0, |other| distance(own) + distance(other));
-            let size = step.rtol.max(FINEST) * gap.max(distance(own).abs() + held.abs());
+            let moves = distance(own).abs() + held.abs() + h * motion.coefficient(1, edge.column).abs();
+            let size = step.rtol.max(FINEST) * size_of_distance(gap, moves);
             let off = (distance(own) - held).abs() - noise(n + i);
             if off > 0.0 && size > f64::MIN_POSITIVE {
                 take(off / (size * h));

@@ -2,8 +2,8 @@
 
 use crate::contact::Contact;
 use crate::contact::edge::Edge;
-use crate::ode::edges::exit::{Elapsed, Exit, Found, scale};
-use crate::ode::edges::locate::{Locator, PLAIN, is_wide};
+use crate::ode::edges::exit::{Elapsed, Exit, Found, is_wide, scale};
+use crate::ode::edges::locate::{Locator, PLAIN};
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::stepping::control::RESOLUTION;
 use crate::ode::stepping::ends::Ends;

@@ -11,6 +11,19 @@ pub(crate) const MAX_GROWTH: f64 = 2.0;
 /// Smallest tolerance of the distances, as a share of the gap `[1]`.
 pub(crate) const FINEST: f64 = 1e-13;
 
+/// A gap wider than this number of times what a contact moves near one of its edges counts as so wide `[1]`:
+/// a motion near one edge does not know of the other one.
+const APART: f64 = 100.0;
+
+/// The size to which the tolerance of a distance from an edge is relative: the gap behind it, or the distance
+/// and its move in the step, `moves`.
+#[inline(always)]
+pub(crate) fn size_of_distance(gap: f64, moves: f64) -> f64 {
+    let most = APART * moves;
+    let gap = if gap < most { gap } else { most };
+    if gap > moves { gap } else { moves }
+}
+
 /// The tolerances of all numbers and distances.
 pub(super) struct SeriesPace {
     rtol: f64,
@@ -84,7 +97,7 @@ impl SeriesPace {
         for (edge, opposite) in c.plan.edges.iter().zip(&self.opposite) {
             let (i, at_start) = (edge.column, |edge: &EdgeColumn| edge.sign * start[edge.column]);
             let gap = opposite.map_or(0.0, |other| at_start(edge) + at_start(&other));
-            let size = gap.max(start[i].abs() + span * rate[i].abs());
+            let size = size_of_distance(gap, start[i].abs() + span * rate[i].abs());
             if share * size > f64::MIN_POSITIVE {
                 let per = 1.0 / (share * size);
                 terms = [max(terms[0], (highest[i] * per).abs()), max(terms[1], (below[i] * per).abs())];

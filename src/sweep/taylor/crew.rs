@@ -84,6 +84,9 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
     ) -> Self {
         let (zeros, zero, edges) = ([0.0; W], Lanes::from(0.0), program.edges());
         let (hides, has_gaps) = (may_hide(&program.tape), may_have_gaps(&program.tape));
+        let hidden =
+            |waves: &FourierWaves| program.waves.iter().any(|(wave, _)| waves.sizes(*wave).is_some());
+        let is_checked = hides || has_gaps || waves.is_none_or(hidden);
         Crew {
             taylor,
             set,
@@ -103,7 +106,7 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
                 ends: vec![zero; 2 * program.dof],
             },
             edges,
-            defect: (hides || has_gaps || waves.is_none()).then(|| Defect::new(&program.tape, hides)),
+            defect: is_checked.then(|| Defect::new(&program.tape, hides)),
             has_gaps,
             runs: std::array::from_fn(|_| None),
             outcomes: std::array::from_fn(|_| None),
@@ -211,7 +214,7 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
         let Some(mut defect) = self.defect.take() else { return Ok(h) };
         let Run { lane, task, .. } = run;
         let mut solved = h;
-        let is_steep = defect.of_tape || are_steep(&lane.series, &self.numbers.program.waves);
+        let is_steep = defect.of_tape || self.are_waves_steep(place, lane);
         if is_steep || self.has_gaps && lane.course.may_miss(self.numbers.full[place]) {
             let (e, rtol) = (&lane.course.e, self.taylor.tolerances.rtol);
             let step = Checked { t: e.t, h, pieces: &e.pieces, rtol, atol: task.tolerances(), is_steep };
@@ -223,6 +226,16 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
             return lane.shorten(solved, &self.view(place));
         }
         Ok(h)
+    }
+
+    /// Whether a later part of the step of a lane may be hidden in its waves.
+    fn are_waves_steep(&self, place: usize, lane: &Lane<'m>) -> bool {
+        let Numbers { program, waves, columns, .. } = &self.numbers;
+        let Some(waves) = waves else { return are_steep(&lane.series, &program.waves) };
+        program.waves.iter().any(|&(wave, column)| {
+            let at = |n: usize| columns.at(column, n).0[place];
+            waves.sizes(wave).is_some_and(|sizes| sizes.hides(columns.degree + 1, lane.speed, at))
+        })
     }
 
     fn take_pieces(&mut self, place: usize, lane: &Lane<'m>) {

@@ -5,7 +5,7 @@
 )]
 
 use crate::ode::taylor::expansion::plan::EdgeColumn;
-use crate::ode::taylor::pace::{FINEST, MAX_GROWTH, max, reach};
+use crate::ode::taylor::pace::{FINEST, MAX_GROWTH, max, reach, size_of_distance};
 use crate::sweep::lanes::number::Lanes;
 use crate::sweep::taylor::columns::{Columns, W};
 
@@ -76,7 +76,7 @@ impl Pace {
             for l in 0..W {
                 let gap = other.map_or(0.0, |other| start[l] + other.0[l]);
                 let moves = start[l].abs() + span[l] * rate[l].abs();
-                let size = share * if gap > moves { gap } else { moves };
+                let size = share * size_of_distance(gap, moves);
                 let per = if size > f64::MIN_POSITIVE { 1.0 / size } else { 0.0 };
                 terms[0][l] = max(terms[0][l], (highest[l] * per).abs());
                 terms[1][l] = max(terms[1][l], (below[l] * per).abs());

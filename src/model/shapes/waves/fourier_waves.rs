@@ -1,6 +1,6 @@
 //! The waves of a shape as finite Fourier series: their values, from one sine and cosine of the angle.
 
-use crate::excitation::wave_weights::WaveWeights;
+use crate::excitation::wave_weights::{Sizes, WaveWeights};
 use crate::model::shapes::shape::Shape;
 use crate::model::shapes::waves::fourier_angle::{Harmonics, fourier_waves};
 use crate::numeric::sine::{rotate, sin_cos_each};
@@ -41,6 +41,8 @@ pub struct FourierWaves {
     pub(crate) is_fast: bool,
     /// ±n^k/k! of each order; `None` if there are too many terms for an expansion.
     pub(crate) weights: Option<Vec<WaveWeights>>,
+    /// What the sums of each wave may hide.
+    pub(super) sizes: Vec<Option<Sizes>>,
     pub(super) arch: Arch,
 }
 
@@ -110,13 +112,21 @@ impl FourierWaves {
             Varying { wave: *wave, mean: *mean, lowest, others: split }
         });
         let varying: Vec<Varying> = varying.collect();
+        let terms: Vec<Vec<Term>> =
+            waves.iter().map(|(_, terms)| terms.iter().map(placed).collect()).collect();
+        let weights = few.then(|| orders.iter().map(|order| WaveWeights::new(order.n)).collect::<Vec<_>>());
+        let sizes = terms.iter().map(|terms| {
+            let weights = weights.as_ref()?;
+            Sizes::of(terms.iter().map(|&(i, [a, b])| (orders[i].n, a.hypot(b), &weights[i])))
+        });
         FourierWaves {
             means: waves.iter().map(|(mean, _)| *mean).collect(),
-            terms: waves.iter().map(|(_, terms)| terms.iter().map(placed).collect()).collect(),
+            sizes: sizes.collect(),
+            terms,
             copies: copies.into_iter().collect(),
             is_fast: groups <= GROUPS.max(varying.len()) && orders.len() <= ORDERS,
             varying,
-            weights: few.then(|| orders.iter().map(|order| WaveWeights::new(order.n)).collect()),
+            weights,
             orders,
             arch: Arch::new(),
         }

@@ -97,6 +97,9 @@ impl Expansion<'_> {
                 }
             }
             u.set(&sums, coefficients);
+            if let Some(sizes) = &waves.sizes[k] {
+                u.set_steepness(sizes.steepness(u.coefficients(), speed));
+            }
         }
     }
 }

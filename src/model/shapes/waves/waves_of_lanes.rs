@@ -4,6 +4,7 @@
     reason = "index loops over arrays become vector instructions, iterators do not"
 )]
 
+use crate::excitation::wave_weights::Sizes;
 use crate::model::shapes::waves::fourier_waves::{FourierWaves, Turn};
 
 /// Scratch of [`FourierWaves::expand_lanes`].
@@ -26,6 +27,11 @@ impl FourierWaves {
     /// The value of a wave that does not vary.
     pub(crate) fn constant(&self, wave: usize) -> Option<f64> {
         self.terms[wave].is_empty().then_some(self.means[wave])
+    }
+
+    /// What the sums of a wave may hide; `None` if they show it.
+    pub(crate) fn sizes(&self, wave: usize) -> Option<&Sizes> {
+        self.sizes[wave].as_ref()
     }
 
     /// Writes the coefficients of the chosen waves after the angles φ as series over time, at the constant
