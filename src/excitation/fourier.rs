@@ -166,7 +166,9 @@ impl Fourier {
         }
         if let Some(sizes) = &self.sizes {
             let hidden = sizes.steepness(of.value.coefficients(), w);
-            [&mut of.value, &mut of.rate, &mut of.second].map(|series| series.set_steepness(hidden));
+            for series in [&mut of.value, &mut of.rate, &mut of.second] {
+                series.set_steepness(hidden);
+            }
         }
         of
     }

@@ -4,7 +4,9 @@
 use crate::api::*;
 use crate::lane_taylor::{axis, rows};
 use gear_dynamics::branches::{Continuation, Family};
+use gear_dynamics::excitation::RectangularWave;
 use gear_dynamics::models::Oscillator;
+use gear_dynamics::sweep::{Axis, Points};
 use std::f64::consts::{FRAC_2_PI, TAU};
 
 /// x'' = cos φ + P e^(-((1 - cos (φ - 1))/d)²) - x - A tanh(x'/v0) - A e^(-(x/v0)²).
@@ -143,6 +145,122 @@ impl Shape for Peaks {
         let place = q[0] * 0.25;
         let peak = self.power(S::from(1.0) - place * place);
         a[0] = cos + height * pulse - q[0] - v[0] * 0.1 + force * peak;
+    }
+}
+
+/// x'' = ((1 - cos φ)/2)^n - 0.2 x' - x: a drive by products of its wave, and a wave without a finite series beside it.
+#[derive(PartialEq)]
+struct FlatPulse {
+    degree: u32,
+    beside: f64,
+}
+
+impl Shape for FlatPulse {
+    fn size(&self) -> Size {
+        Size { dof: 1, waves: 1, constants: 1, ..Size::default() }
+    }
+    fn names(&self) -> Vec<Channel> {
+        vec![Channel::new("speed", "rad/s")]
+    }
+    fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
+        let cos = angle.number().cos();
+        let flat = (A::Number::from(1.0) - cos) * 0.5;
+        u[0] = (1..self.degree).fold(flat, |power, _| power * flat) + (cos * 0.5).exp() * self.beside;
+    }
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let [pulse] = u.waves();
+        a[0] = pulse - v[0] * 0.2 - q[0];
+    }
+}
+
+/// x(t) from rest for the drive Σ c_k cos kωt, from its Fourier coefficients by 256 samples.
+fn driven_from_rest(drive: impl Fn(f64) -> f64, speed: f64, t: f64) -> f64 {
+    let samples: Vec<f64> = (0..256).map(|i| drive((TAU * f64::from(i) / 256.0).cos())).collect();
+    let (mut x, mut start) = (0.0, [0.0; 2]);
+    for k in 0..64 {
+        let sum = (0..256).map(|i| samples[i] * (TAU * (k * i % 256) as f64 / 256.0).cos()).sum::<f64>();
+        let (c, w) = (sum / if k == 0 { 256.0 } else { 128.0 }, k as f64 * speed);
+        let (stiffness, damping) = (1.0 - w * w, 0.2 * w);
+        let size = c / (stiffness * stiffness + damping * damping);
+        let [of_cos, of_sin] = [size * stiffness, size * damping];
+        x += of_cos * (w * t).cos() + of_sin * (w * t).sin();
+        start = [start[0] + of_cos, start[1] + w * of_sin];
+    }
+    // The free motion takes back what the forced one has at t = 0.
+    let free = 0.99f64.sqrt();
+    let [a, b] = [-start[0], -(start[1] + 0.1 * start[0]) / free];
+    x + (-0.1 * t).exp() * (a * (free * t).cos() + b * (free * t).sin())
+}
+
+/// Waves whose terms cancel at the start of a step: at φ = 0 a pulse of degree n is 0 with 2n coefficients.
+#[test]
+fn flat_pulses_as_drives() {
+    for (degree, beside) in [(10, 0.0), (12, 0.0), (16, 0.0), (24, 0.0), (12, 0.01), (14, 0.01), (20, 0.01)] {
+        let machine = Machine::of_constants(FlatPulse { degree, beside }, &[("speed", 1.0)]).unwrap();
+        let drive = |cos: f64| (0.5 - 0.5 * cos).powi(degree as i32) + beside * (0.5 * cos).exp();
+        for rtol in [1e-4, 1e-5, 1e-6, 1e-7, 1e-9, 1e-11] {
+            let taylor = Taylor::new().rtol(rtol).atol(1e-3 * rtol);
+            let exact = driven_from_rest(drive, 1.0, 12.0);
+            let found = taylor.end(&machine, &State::at_rest(1), 12.0).unwrap().q[0];
+            assert!((found - exact).abs() < 10.0 * rtol, "{degree}, {rtol:e}: {found} for {exact}");
+            let points = Axis::of_values("speed", &[0.5, 1.0]).map(Points::from).unwrap();
+            let sweep = Sweep::new(points).settle(1).measure(1).channels(&["q0"]).strobe(1);
+            let rows = rows(&sweep, &LaneTaylor::new(taylor), &machine, &State::at_rest(1));
+            for (i, speed) in [0.5, 1.0].into_iter().enumerate() {
+                let exact = driven_from_rest(drive, speed, 2.0 * TAU / speed);
+                let found = rows.get(i).unwrap().strobes().last().unwrap()[0];
+                assert!((found - exact).abs() < 10.0 * rtol, "{degree}, lane {i}, {rtol:e}: {found} {exact}");
+            }
+        }
+    }
+}
+
+/// The same pulse as a Fourier series that a shape gives as its wave.
+#[test]
+fn flat_pulses_as_fourier_series() {
+    // ((1 - cos φ)/2)^12 = C(24, 12)/2^24 + Σ 2 (-1)^k C(24, 12 - k)/2^24 cos kφ.
+    let binomial = |k: u32| (0..k).fold(1.0, |c, i| c * f64::from(24 - i) / f64::from(i + 1));
+    let pairs: Vec<[f64; 2]> =
+        (1..=12).map(|k| [2.0 * (-1f64).powi(k as i32) * binomial(12 - k) / 2f64.powi(24), 0.0]).collect();
+    let pulse = Fourier::new(binomial(12) / 2f64.powi(24), &pairs).unwrap();
+    let jump = RectangularWave::new(0.0, 0.0, 0.5).unwrap();
+    #[derive(PartialEq)]
+    struct Pulses([Wave; 2]);
+    impl Shape for Pulses {
+        fn size(&self) -> Size {
+            Size { dof: 1, waves: 2, constants: 1, ..Size::default() }
+        }
+        fn names(&self) -> Vec<Channel> {
+            vec![Channel::new("speed", "rad/s")]
+        }
+        fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
+            u.iter_mut().zip(&self.0).for_each(|(u, wave)| *u = wave.value(angle, side));
+        }
+        fn accel<S: Scalar, L: PieceChoice<S>>(
+            &self,
+            _: &L,
+            u: Drives<'_, S>,
+            q: &[S],
+            v: &[S],
+            a: &mut [S],
+        ) {
+            let [pulse, none] = u.waves();
+            a[0] = pulse + none - v[0] * 0.2 - q[0];
+        }
+        fn next_edge(&self, angle: f64) -> Option<f64> {
+            self.0[1].next_edge(angle)
+        }
+    }
+    let exact = driven_from_rest(|cos| (0.5 - 0.5 * cos).powi(12), 1.0, 12.0);
+    // With edges beside it the series is expanded by itself.
+    for other in [Wave::constant(0.0).unwrap(), Wave::new(jump)] {
+        let shape = Pulses([Wave::new(pulse.clone()), other]);
+        let machine = Machine::of_constants(shape, &[("speed", 1.0)]).unwrap();
+        for rtol in [1e-4, 1e-5, 1e-6, 1e-7, 1e-9, 1e-11] {
+            let taylor = Taylor::new().rtol(rtol).atol(1e-3 * rtol);
+            let found = taylor.end(&machine, &State::at_rest(1), 12.0).unwrap().q[0];
+            assert!((found - exact).abs() < 10.0 * rtol, "{rtol:e}: {found} for {exact}");
+        }
     }
 }
 

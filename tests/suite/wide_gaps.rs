@@ -244,3 +244,94 @@ fn formulas_far_from_zero() {
     let response = 0.02 / f64::hypot(0.75, 0.025);
     assert!((steady.state.q[0] - 1e5 - 0.06 - response * f64::atan2(0.025, 0.75).cos()).abs() < 1e-7);
 }
+
+/// q'' = F - 10 f(d) with d = q - e sin 20 φ, and a gap from `lower` to `upper`.
+#[derive(PartialEq)]
+struct FarEdge {
+    law: Backlash,
+    edges: [f64; 2],
+}
+
+impl Shape for FarEdge {
+    fn size(&self) -> Size {
+        Size { dof: 1, waves: 2, contacts: 1, constants: 3, ..Size::default() }
+    }
+    fn names(&self) -> Vec<Channel> {
+        ["speed", "load", "error"].map(|name| Channel::new(name, "1")).into()
+    }
+    fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
+        let (sin, cos) = (angle.number() * 20.0).sin_cos();
+        u.copy_from_slice(&[sin, cos * 20.0]);
+    }
+    fn contact<S: Scalar, L: PieceChoice<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
+        let ([wave, slope], [_, error]) = (u.waves(), u.constants());
+        let (d, rate) = (q[0] - error * wave, v[0] - error * slope * u.speed());
+        let [lower, upper] = self.edges.map(S::from);
+        let force = law.force(i, &self.law, Deflection { d, rate, lower, upper }) * 10.0;
+        Contact { deflection: d, rate, lower, upper, force, ..Contact::default() }
+    }
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let [load, ..] = u.constants::<2>();
+        a[0] = load - self.contact(law, 0, u, q, v).force;
+    }
+}
+
+fn far_edge(edges: [f64; 2], load: f64, error: f64) -> Machine<FarEdge> {
+    let constants = [("speed", 1.0), ("load", load), ("error", error)];
+    Machine::of_constants(FarEdge { law: Backlash::new(0.0).unwrap(), edges }, &constants).unwrap()
+}
+
+/// A start at rest on the flank of a wide gap is on the flank: the motion is a quarter of a vibration, then a straight
+/// line through the gap.
+#[test]
+fn starts_on_a_flank_of_a_wide_gap() {
+    let solvers: [&dyn Integrator; 4] =
+        [&Taylor::new(), &Dop853::new().rtol(1e-10), &Rk45::new().rtol(1e-10), &Rk4::new(1e-3)];
+    for far in [1e2, 1e4, 1e6, 1e8, 1e10, 1e12, 1e299, 1e301] {
+        for (sign, edges) in [(1.0, [-far, 1.0]), (-1.0, [-1.0, far])] {
+            for depth in [1e-8, 1e-6, 5e-3, 0.2] {
+                let machine = far_edge(edges, 0.0, 0.0);
+                let start = State::new(0.0, &[sign * (1.0 + depth)], &[0.0]);
+                let (omega, t_end) = (10f64.sqrt(), 4.0);
+                let exact = 1.0 - depth * omega * (t_end - 0.25 * TAU / omega);
+                for solver in solvers {
+                    let mut rattle = Rattle::new(&machine);
+                    let run = solver.run(&machine, &start, t_end, &mut rattle).unwrap();
+                    let off = (sign * run.state.q[0] - exact).abs();
+                    assert!(off < 1e-8, "{far:e}, {depth}: {off:e}");
+                    assert_eq!(run.stats.crossings, 1, "{far:e}, {depth}");
+                }
+            }
+        }
+    }
+}
+
+/// A transmission error that is much faster than the free flight beside a wide gap: no contact is invented. The flight is a
+/// parabola.
+#[test]
+fn fast_transmission_errors_in_a_wide_gap() {
+    for (edges, load, start) in [
+        ([-6e5, 0.6], 0.15, [-0.94, -0.36]),
+        ([-0.6, 6e7], -0.15, [0.94, 0.36]),
+        ([-6e9, 0.6], 0.15, [-0.94, -0.36]),
+    ] {
+        for error in [0.003, 0.03, 0.1] {
+            let machine = far_edge(edges, load, error);
+            let start = State::new(0.0, &start[..1], &start[1..]);
+            let exact = start.q[0] + 6.0 * start.v[0] + 18.0 * load;
+            for rtol in [1e-4, 1e-5, 1e-7, 1e-9, 1e-12] {
+                let run =
+                    Taylor::new().rtol(rtol).run(&machine, &start, 6.0, &mut Rattle::new(&machine)).unwrap();
+                assert_eq!(run.stats.crossings, 0, "{edges:?}, {error}, {rtol:e}");
+                assert!((run.state.q[0] - exact).abs() < 10.0 * rtol, "{edges:?}, {error}, {rtol:e}");
+            }
+        }
+    }
+}

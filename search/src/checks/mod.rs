@@ -20,6 +20,7 @@ mod stops;
 mod symmetric;
 mod tables;
 mod waterfall;
+mod wide;
 
 use crate::Check;
 
@@ -46,6 +47,7 @@ pub fn all() -> impl Iterator<Item = &'static Check> {
         &symmetric::CHECKS,
         &tables::CHECKS,
         &waterfall::CHECKS,
+        &wide::CHECKS,
     ]
     .into_iter()
     .flatten()

@@ -1,5 +1,5 @@
-//! Powers of a coordinate, of sines and of flat bases by Taylor series, from rest and from elsewhere, against an
-//! integrator of its own: their series have gaps, and last terms that hide what comes later.
+//! Powers of a coordinate, of sines and of flat bases by Taylor series, as forces and as drives, from rest and from
+//! elsewhere, against an integrator of its own: their series have gaps, and last terms that hide what comes later.
 
 use crate::checks::steep::{Reference, apart};
 use crate::draw::Draw;
@@ -11,7 +11,10 @@ use gear_dynamics::sweep::{Axis, LaneTaylor, Point, Points};
 use gear_dynamics::{Integrator, ParameterError, State, Sweep, Taylor};
 
 /// The checks of this file.
-pub const CHECKS: [Check; 1] = [Check { name: "powers-from-rest", run: powers }];
+pub const CHECKS: [Check; 2] = [
+    Check { name: "powers-from-rest", run: powers },
+    Check { name: "powers-as-drives", run: powers_as_drives },
+];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Base {
@@ -25,11 +28,37 @@ enum Base {
     Hump,
 }
 
-/// q'' = F + P cos Ωt - c q' - k q - A b(q/ε)ⁿ.
+/// A drive over its angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Pulse {
+    Cosine,
+    /// ((1 - cos φ)/2)ⁿ.
+    Flat(u32),
+    /// sinⁿ φ ((1 - cos φ)/2)ⁿ.
+    Product(u32),
+    /// ((1 + cos φ)/2)ⁿ + e^(cos φ/2)/100, which has no finite series.
+    Beside(u32),
+}
+
+impl Pulse {
+    fn at<S: Scalar>(self, sin: S, cos: S) -> S {
+        let [flat, high] = [S::from(1.0) - cos, S::from(1.0) + cos].map(|x| x * 0.5);
+        let power = |base: S, n: u32| (1..n).fold(base, |power, _| power * base);
+        match self {
+            Pulse::Cosine => cos,
+            Pulse::Flat(n) => power(flat, n),
+            Pulse::Product(n) => power(sin * flat, n),
+            Pulse::Beside(n) => power(high, n) + (cos * 0.5).exp() * 0.01,
+        }
+    }
+}
+
+/// q'' = F + P p(Ωt) - c q' - k q - A b(q/ε)ⁿ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Power {
     base: Base,
     exponent: u32,
+    pulse: Pulse,
 }
 
 impl Power {
@@ -56,12 +85,18 @@ impl Shape for Power {
         NAMES.map(|name| Channel::new(name, "1")).into()
     }
     fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
-        u[0] = angle.number().cos();
+        u[0] = match self.pulse {
+            Pulse::Cosine => angle.number().cos(),
+            pulse => {
+                let (sin, cos) = angle.number().sin_cos();
+                pulse.at(sin, cos)
+            }
+        };
     }
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
-        let [cos] = u.waves();
+        let [pulse] = u.waves();
         let [mean, force, damping, stiffness, power, width] = u.constants();
-        a[0] = mean + force * cos - damping * v[0] - stiffness * q[0] - power * self.at(q[0] / width);
+        a[0] = mean + force * pulse - damping * v[0] - stiffness * q[0] - power * self.at(q[0] / width);
     }
 }
 
@@ -79,7 +114,7 @@ fn powers(draw: &mut Draw) -> Outcome {
         Base::Hump => 2 + draw.below(9) as u32,
         _ => 2 + draw.below(20) as u32,
     };
-    let shape = Power { base, exponent };
+    let shape = Power { base, exponent, pulse: Pulse::Cosine };
     let or_none = |draw: &mut Draw, x: f64| if draw.below(2) == 0 { 0.0 } else { x };
     let force = draw.scale(0.01, 1.0);
     let damping = draw.scale(0.01, 0.3);
@@ -96,12 +131,39 @@ fn powers(draw: &mut Draw) -> Outcome {
     ];
     let start =
         if draw.below(2) == 0 { [0.0, 0.0] } else { [draw.within(-0.5, 0.5), draw.within(-0.3, 0.3)] };
+    compare(draw, shape, values, start)
+}
+
+/// A pulse drives a linear oscillator, or one with a cubic force.
+fn powers_as_drives(draw: &mut Draw) -> Outcome {
+    let n = 2 + draw.below(25) as u32;
+    let pulse = draw.one_of(&[Pulse::Flat(n), Pulse::Product(n.min(12)), Pulse::Beside(n)]);
+    let shape = Power { base: Base::Motion, exponent: 3, pulse };
+    let or_none = |draw: &mut Draw, x: f64| if draw.below(2) == 0 { 0.0 } else { x };
+    let [mean, damping, cubic] = [draw.scale(0.05, 0.5), draw.scale(0.01, 0.3), draw.scale(0.1, 1.0)];
+    let values = [
+        draw.scale(0.3, 2.0),
+        or_none(draw, mean),
+        draw.scale(0.1, 3.0),
+        or_none(draw, damping),
+        draw.scale(0.1, 2.0),
+        or_none(draw, cubic),
+        1.0,
+    ];
+    let start =
+        if draw.below(2) == 0 { [0.0, 0.0] } else { [draw.within(-0.5, 0.5), draw.within(-0.3, 0.3)] };
+    compare(draw, shape, values, start)
+}
+
+/// Single runs and lanes over two periods at four tolerances against the reference.
+fn compare(draw: &mut Draw, shape: Power, values: [f64; 7], start: [f64; 2]) -> Outcome {
     let constants: Vec<(&str, f64)> = NAMES.into_iter().zip(values).collect();
     let text = format!("{shape:?}, {values:?}, {start:?}");
     draw.note(|| text.clone());
     let f = move |t: f64, [x, v]: [f64; 2]| {
         let [speed, mean, force, damping, stiffness, power, width] = values;
-        mean + force * (speed * t).cos() - damping * v - stiffness * x - power * shape.at(x / width)
+        let (sin, cos) = (speed * t).sin_cos();
+        mean + force * shape.pulse.at(sin, cos) - damping * v - stiffness * x - power * shape.at(x / width)
     };
     let end = 2.0 * std::f64::consts::TAU / values[0];
     let reference = match Reference::of(&f, start, end) {

@@ -98,11 +98,14 @@ pub(crate) fn scale(c: &Contact) -> f64 {
     if gap > 0.0 && gap < ENDLESS { gap } else { size }
 }
 
+/// A gap this many times wider than the deflection and the edge near it hides neither at the start `[1]`.
+const FAR_EDGE: f64 = 10.0;
+
 /// The way of a contact from an edge before its first step: 0, or a small share of its deflection and of the
 /// edge near it in a gap that is wide beside both. A start on a flank of it is not in the gap.
 pub(crate) fn first_way(c: &Contact) -> f64 {
     let [lower, upper] = Edge::BOTH.map(|edge| edge.depth(c).abs());
     let edge = if lower < upper { c.lower } else { c.upper };
     let size = larger(c.deflection.abs(), edge.abs());
-    if is_wide(scale(c), size) { size / WIDE } else { 0.0 }
+    if FAR_EDGE * size < scale(c) { size / WIDE } else { 0.0 }
 }
