@@ -182,11 +182,14 @@ impl Locator {
     /// The time has advanced.
     #[inline(always)]
     pub(crate) fn advance(&mut self) {
-        let stops = &self.stops;
-        // Rebounds that become smaller end in rest: they are resolved as far as the first ones.
-        self.ways.iter_mut().enumerate().filter(|(i, _)| !stops.any(*i)).for_each(|(_, way)| *way *= FADING);
-        self.still.fill(0);
-        self.fresh.fill(false);
+        let lists = self.ways.iter_mut().zip(&mut self.still).zip(&mut self.fresh);
+        for (i, ((way, still), fresh)) in lists.enumerate() {
+            // Rebounds that become smaller end in rest: they are resolved as far as the first ones.
+            if !self.stops.any(i) {
+                *way *= FADING;
+            }
+            (*still, *fresh) = (0, false);
+        }
     }
 
     /// The crossing of a contact that leaves its piece at the start of the step, if no step has reported it:

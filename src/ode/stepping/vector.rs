@@ -194,7 +194,7 @@ impl Vector for Blocks {
     }
     #[inline(always)]
     fn hand_over(from: &mut Self, to: &mut Self) {
-        std::mem::swap(from, to);
+        from.hand_over(to);
     }
     #[inline(always)]
     fn derivative(out: &mut Self, y: &Self, of: Algebra<'_>) {

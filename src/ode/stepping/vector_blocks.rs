@@ -20,7 +20,11 @@ type Sixteen = [f64; WIDTH];
 /// The derivative (v, a) begins at the velocities of the stage, so that the velocities are not copied.
 #[derive(Clone)]
 pub struct Blocks {
-    blocks: Vec<Sixteen>,
+    /// A vector of one block, with the block of its stage in front of it if it is a derivative. Sums over
+    /// such vectors read no list.
+    short: [Sixteen; 2],
+    /// The blocks of a longer vector; empty for a short one.
+    long: Vec<Sixteen>,
     /// Index of the block at which the vector begins.
     first: usize,
     len: usize,
@@ -30,7 +34,9 @@ pub struct Blocks {
 impl Blocks {
     /// A vector of `len` zeros that begins at block `first`.
     fn new(first: usize, len: usize) -> Self {
-        Blocks { blocks: vec![[0.0; WIDTH]; first + len.div_ceil(WIDTH)], first, len, arch: Arch::new() }
+        let long = if len <= WIDTH { 0 } else { first + len.div_ceil(WIDTH) };
+        let zeros = [0.0; WIDTH];
+        Blocks { short: [zeros; 2], long: vec![zeros; long], first, len, arch: Arch::new() }
     }
     /// A vector of zeros.
     pub(crate) fn zeros(len: usize) -> Self {
@@ -38,17 +44,36 @@ impl Blocks {
     }
     /// A derivative of zeros, with room for the coordinates of its stage in front of it.
     pub(crate) fn slot(len: usize) -> Self {
-        Blocks::new((len / 2).div_ceil(WIDTH), len)
+        Blocks::new((len / 2).div_ceil(WIDTH).max(1), len)
+    }
+    /// All numbers, those in front of the vector included.
+    #[inline(always)]
+    fn all(&self) -> &[f64] {
+        if self.long.is_empty() { self.short.as_flattened() } else { self.long.as_flattened() }
+    }
+    #[inline(always)]
+    fn all_mut(&mut self) -> &mut [f64] {
+        if self.long.is_empty() { self.short.as_flattened_mut() } else { self.long.as_flattened_mut() }
+    }
+    /// Makes `to` this vector. The content of this one is not defined afterwards.
+    #[inline(always)]
+    pub(crate) fn hand_over(&mut self, to: &mut Self) {
+        if self.long.is_empty() {
+            to.short[to.first] = self.short[self.first];
+        } else {
+            std::mem::swap(&mut self.long, &mut to.long);
+        }
     }
     /// The numbers of the vector.
     #[inline(always)]
     pub(crate) fn slice(&self) -> &[f64] {
-        &self.blocks.as_flattened()[WIDTH * self.first..][..self.len]
+        &self.all()[WIDTH * self.first..][..self.len]
     }
     /// The numbers of the vector, mutable.
     #[inline(always)]
     pub(crate) fn slice_mut(&mut self) -> &mut [f64] {
-        &mut self.blocks.as_flattened_mut()[WIDTH * self.first..][..self.len]
+        let (first, len) = (WIDTH * self.first, self.len);
+        &mut self.all_mut()[first..][..len]
     }
     /// Copies the velocities of the state vector `from`, its second half, into the first half.
     #[inline(always)]
@@ -60,16 +85,16 @@ impl Blocks {
     /// Writes the stage y + Σ (h a_l) k_l in front of this derivative.
     #[inline(always)]
     pub(crate) fn stage<const L: usize>(&mut self, y: &Self, k: &[Self], h: f64, row: &TableauRow<L>) {
-        let stage = &mut self.blocks.as_flattened_mut()[WIDTH * self.first - self.len / 2..];
-        combine(self.arch, Combine { out: stage, y, k, h, row });
+        let (arch, start) = (self.arch, WIDTH * self.first - self.len / 2);
+        combine(arch, Combine { out: &mut self.all_mut()[start..], y, k, h, row });
     }
 
     /// Returns the coordinates and the velocities at which this derivative is evaluated, and the place of its
     /// accelerations.
     #[inline(always)]
     pub(crate) fn parts(&mut self) -> (&[f64], &[f64], &mut [f64]) {
-        let n = self.len / 2;
-        let stage = &mut self.blocks.as_flattened_mut()[WIDTH * self.first - n..][..3 * n];
+        let (n, first) = (self.len / 2, WIDTH * self.first);
+        let stage = &mut self.all_mut()[first - n..][..3 * n];
         let (q, rest) = stage.split_at_mut(n);
         let (v, a) = rest.split_at_mut(n);
         (q, v, a)
@@ -84,7 +109,7 @@ impl Blocks {
         h: f64,
         row: &TableauRow<L>,
     ) {
-        combine(out.arch, Combine { out: out.blocks.as_flattened_mut(), y, k, h, row });
+        combine(out.arch, Combine { out: out.all_mut(), y, k, h, row });
     }
 
     /// out = h Σ d_l k_l.
@@ -123,7 +148,7 @@ impl Blocks {
 
 #[inline(never)]
 fn weigh(out: &mut Blocks, k: &[Blocks; SLOTS], h: f64, row: &[(usize, f64)]) {
-    out.arch.dispatch(Weigh { out: &mut out.blocks, k, h, row });
+    out.arch.dispatch(Weigh { out, k, h, row });
 }
 
 #[inline(never)]
@@ -134,25 +159,36 @@ fn squares<const R: usize>(
     rtol: f64,
     rows: [&[(usize, f64)]; R],
 ) -> [f64; R] {
-    y.arch.dispatch(Squares { y: &y.blocks, y1: &y1.blocks, k, atol: &atol.blocks, rtol, rows, len: y.len })
+    y.arch.dispatch(Squares { y, y1, k, atol, rtol, rows })
 }
 
-/// Σ (times a_l) k_l in block `b`, which counts from the start of the memory.
+/// Σ (times a_l) k_l in one block of each derivative.
 #[inline(always)]
-fn sum(k: &[Blocks], b: usize, times: f64, row: &[(usize, f64)]) -> Sixteen {
+fn sum<'k>(
+    k: &'k [Blocks],
+    block: impl Fn(&'k Blocks) -> &'k Sixteen,
+    times: f64,
+    row: &[(usize, f64)],
+) -> Sixteen {
     let mut sum = [0.0; WIDTH];
     let Some((&(slot, a), rest)) = row.split_first() else { return sum };
-    let (block, a) = (&k[slot].blocks[b], times * a);
+    let (first, a) = (block(&k[slot]), times * a);
     for i in 0..WIDTH {
-        sum[i] = a * block[i];
+        sum[i] = a * first[i];
     }
     for &(slot, a) in rest {
-        let (block, a) = (&k[slot].blocks[b], times * a);
+        let (next, a) = (block(&k[slot]), times * a);
         for i in 0..WIDTH {
-            sum[i] += a * block[i];
+            sum[i] += a * next[i];
         }
     }
     sum
+}
+
+/// The block of a derivative of one block.
+#[inline(always)]
+fn only(k: &Blocks) -> &Sixteen {
+    &k.short[1]
 }
 
 /// Maximum number of terms of a sum over one block that is computed in place: the call of the code for the
@@ -162,7 +198,7 @@ const SHORT_SUM: usize = 4;
 #[inline(always)]
 fn combine<const L: usize>(arch: Arch, sums: Combine<'_, [(usize, f64); L]>) {
     let Combine { out, y, k, h, row } = sums;
-    if y.blocks.len() > 1 {
+    if !y.long.is_empty() {
         return arch.dispatch(Combine { out, y, k, h, row });
     }
     let one: Combine<'_, [(usize, f64)]> = Combine { out, y, k, h, row };
@@ -184,14 +220,14 @@ impl<const L: usize> WithSimd for Combine<'_, [(usize, f64); L]> {
     /// Finds the derivatives before the loop over the blocks.
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let (outs, ys) = (self.out.as_chunks_mut::<WIDTH>().0, &self.y.blocks[..]);
+        let (outs, ys) = (self.out.as_chunks_mut::<WIDTH>().0, &self.y.long[..]);
         let count = outs.len().min(ys.len());
         let (outs, ys) = (&mut outs[..count], &ys[..count]);
         let (mut k, mut a): ([&[Sixteen]; L], _) = ([&[]; L], [0.0; L]);
         for l in 0..L {
             let (slot, factor) = self.row[l];
             let of = &self.k[slot];
-            (k[l], a[l]) = (&of.blocks[of.first..][..count], self.h * factor);
+            (k[l], a[l]) = (&of.long[of.first..][..count], self.h * factor);
         }
         for b in 0..count {
             let mut sum = [0.0; WIDTH];
@@ -222,19 +258,17 @@ impl WithSimd for Combine<'_, [(usize, f64)]> {
 impl Combine<'_, [(usize, f64)]> {
     #[inline(always)]
     fn run(self) {
-        let first = self.k[0].first;
-        for (b, (out, y)) in self.out.as_chunks_mut().0.iter_mut().zip(&self.y.blocks).enumerate() {
-            let (mut sum, y): (Sixteen, Sixteen) = (sum(self.k, first + b, self.h, self.row), *y);
-            for i in 0..WIDTH {
-                sum[i] += y[i];
-            }
-            *out = sum;
+        let Some(out) = self.out.first_chunk_mut() else { return };
+        let mut sum = sum(self.k, only, self.h, self.row);
+        for i in 0..WIDTH {
+            sum[i] += self.y.short[0][i];
         }
+        *out = sum;
     }
 }
 
 struct Weigh<'a> {
-    out: &'a mut [Sixteen],
+    out: &'a mut Blocks,
     k: &'a [Blocks; SLOTS],
     h: f64,
     row: &'a [(usize, f64)],
@@ -244,40 +278,47 @@ impl WithSimd for Weigh<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        for (b, out) in self.out.iter_mut().enumerate() {
-            let mut sum = sum(self.k, self.k[0].first + b, 1.0, self.row);
-            for s in &mut sum {
-                *s *= self.h;
-            }
-            *out = sum;
+        let Weigh { out, k, h, row } = self;
+        if out.long.is_empty() {
+            out.short[0] = sum(k, only, 1.0, row).map(|sum| h * sum);
+        }
+        for (b, out) in out.long.iter_mut().enumerate() {
+            *out = sum(k, |k| &k.long[k.first + b], 1.0, row).map(|sum| h * sum);
         }
     }
 }
 
 struct Squares<'a, const R: usize> {
-    y: &'a [Sixteen],
-    y1: &'a [Sixteen],
+    y: &'a Blocks,
+    y1: &'a Blocks,
     k: &'a [Blocks; SLOTS],
-    atol: &'a [Sixteen],
+    atol: &'a Blocks,
     rtol: f64,
     rows: [&'a [(usize, f64)]; R],
-    len: usize,
 }
 
 impl<const R: usize> WithSimd for Squares<'_, R> {
     type Output = [f64; R];
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> [f64; R] {
+        let Squares { y, y1, k, atol, rtol, rows } = self;
         let mut totals = [[0.0; WIDTH]; R];
-        for (b, ((y, y1), atol)) in self.y.iter().zip(self.y1).zip(self.atol).enumerate() {
-            let left = self.len - WIDTH * b;
-            for (totals, row) in totals.iter_mut().zip(self.rows) {
-                let sum = sum(self.k, self.k[0].first + b, 1.0, row);
-                for i in 0..WIDTH {
-                    let e = sum[i] / (atol[i] + self.rtol * y[i].abs().max(y1[i].abs()));
-                    // Beyond the length the quotient is 0/0.
-                    totals[i] += if i < left { e * e } else { 0.0 };
-                }
+        // Beyond the length the quotient is 0/0.
+        let add = |total: &mut Sixteen, sum: Sixteen, [y, y1, atol]: [&Sixteen; 3], left: usize| {
+            for i in 0..WIDTH {
+                let e = sum[i] / (atol[i] + rtol * y[i].abs().max(y1[i].abs()));
+                total[i] += if i < left { e * e } else { 0.0 };
+            }
+        };
+        if y.long.is_empty() {
+            for (total, row) in totals.iter_mut().zip(rows) {
+                add(total, sum(k, only, 1.0, row), [y, y1, atol].map(|x| &x.short[0]), y.len);
+            }
+        }
+        for (b, ((of_y, y1), atol)) in y.long.iter().zip(&y1.long).zip(&atol.long).enumerate() {
+            for (total, row) in totals.iter_mut().zip(rows) {
+                let sum = sum(k, |k| &k.long[k.first + b], 1.0, row);
+                add(total, sum, [of_y, y1, atol], y.len - WIDTH * b);
             }
         }
         totals.map(|totals| {
