@@ -165,7 +165,8 @@ impl Fourier {
             (of.rate, of.second) = (series(1), series(2));
         }
         if let Some(sizes) = &self.sizes {
-            let hidden = sizes.steepness(of.value.coefficients(), w);
+            let power = |k: usize| (0..k).fold(1.0, |power, _| power * w);
+            let hidden = sizes.steepness(of.value.coefficients(), w, power);
             for series in [&mut of.value, &mut of.rate, &mut of.second] {
                 series.set_steepness(hidden);
             }

@@ -72,21 +72,25 @@ impl Sizes {
     }
 
     /// How steep the sum may be beyond these coefficients over time, at the speed φ'; 0 if the last of them
-    /// show it `[1/s]`.
+    /// show it `[1/s]`. `power(k)`: φ'^k.
     #[inline]
-    pub(crate) fn steepness(&self, coefficients: &[f64], speed: f64) -> f64 {
-        let is_hidden = self.hides(coefficients.len(), speed, |k| coefficients[k]);
+    pub(crate) fn steepness(&self, coefficients: &[f64], speed: f64, power: impl Fn(usize) -> f64) -> f64 {
+        let is_hidden = self.hides(coefficients.len(), |k| coefficients[k], power);
         if is_hidden { (self.highest * speed).abs() } else { 0.0 }
     }
 
     /// Whether the last two of the Taylor coefficients `at(k)` over time do not show the sum. Few of them
     /// never do.
     #[inline]
-    pub(crate) fn hides(&self, coefficients: usize, speed: f64, at: impl Fn(usize) -> f64) -> bool {
+    pub(crate) fn hides(
+        &self,
+        coefficients: usize,
+        at: impl Fn(usize) -> f64,
+        power: impl Fn(usize) -> f64,
+    ) -> bool {
         let sizes = self.sizes.as_flattened();
-        let size = |k: usize| sizes[k] * libm::pow(speed.abs(), k as f64);
-        let last = coefficients.saturating_sub(2)..coefficients;
-        coefficients <= JETS + 1 || last.into_iter().all(|k| at(k).abs() < SHOWN * size(k))
+        let is_small = |k: usize| at(k).abs() < SHOWN * sizes[k] * power(k).abs();
+        coefficients <= JETS + 1 || (coefficients - 2..coefficients).all(is_small)
     }
 }
 

@@ -259,9 +259,9 @@ impl Combine<'_, [(usize, f64)]> {
     #[inline(always)]
     fn run(self) {
         let Some(out) = self.out.first_chunk_mut() else { return };
-        let mut sum = sum(self.k, only, self.h, self.row);
+        let (mut sum, y) = (sum(self.k, only, self.h, self.row), &self.y.short[0]);
         for i in 0..WIDTH {
-            sum[i] += self.y.short[0][i];
+            sum[i] += y[i];
         }
         *out = sum;
     }

@@ -232,9 +232,12 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
     fn are_waves_steep(&self, place: usize, lane: &Lane<'m>) -> bool {
         let Numbers { program, waves, columns, .. } = &self.numbers;
         let Some(waves) = waves else { return are_steep(&lane.series, &program.waves) };
+        let (degree, speed) = (columns.degree, lane.speed);
+        let below = (1..degree).fold(1.0, |power, _| power * speed);
+        let power = |k: usize| if k < degree { below } else { below * speed };
         program.waves.iter().any(|&(wave, column)| {
             let at = |n: usize| columns.at(column, n).0[place];
-            waves.sizes(wave).is_some_and(|sizes| sizes.hides(columns.degree + 1, lane.speed, at))
+            waves.sizes(wave).is_some_and(|sizes| sizes.hides(degree + 1, at, power))
         })
     }
 

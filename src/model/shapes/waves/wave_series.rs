@@ -97,8 +97,10 @@ impl Expansion<'_> {
                 }
             }
             u.set(&sums, coefficients);
+            // The sums stay in registers, and are read again where they were written to.
             if let Some(sizes) = &waves.sizes[k] {
-                u.set_steepness(sizes.steepness(u.coefficients(), speed));
+                let steepness = sizes.steepness(u.coefficients(), speed, |k| powers[k / EIGHT][k % EIGHT]);
+                u.set_steepness(steepness);
             }
         }
     }
