@@ -201,7 +201,55 @@ impl<'m> Mean<'m> {
         }
         sums.into_iter().map(contact_of).collect()
     }
+
+    /// The mean contacts in a position, where a contact that swings across an edge of its gap has another
+    /// deflection: that of its mean force on its flanks. With a stiffness k(t), its mean K and the upper edge
+    /// u it is u + (1/T) ∫ k (d - u) dt/K, which is not the mean of d if k swings with it.
+    pub(crate) fn pressed(&self, pieces: &[Piece], q: &[f64]) -> Vec<Contact> {
+        let mut contacts = self.contacts(q);
+        for i in self.swing(q) {
+            let mut on = pieces.to_vec();
+            let [lower, gap, upper] = [Piece::Lower, Piece::Gap, Piece::Upper].map(|piece| {
+                on[i] = piece;
+                self.acceleration(Some(&on), q)
+            });
+            // What the upper flank adds, and what the preload of the gap is, along the same direction.
+            let (mut added, mut squares) = (0.0, 0.0);
+            for ((lower, gap), upper) in lower.iter().zip(&gap).zip(&upper) {
+                added += (upper - gap) * (upper - lower);
+                squares += (upper - lower) * (upper - lower);
+            }
+            if squares > 0.0 && squares.is_finite() {
+                let c = &mut contacts[i];
+                c.deflection = c.upper - added / squares * (c.upper - c.lower);
+            }
+        }
+        contacts
+    }
+
+    /// The contacts of finite gaps that lie on both sides of an edge, at one instant or another; none if they
+    /// are more than [`SWINGING`].
+    fn swing(&self, q: &[f64]) -> Vec<usize> {
+        let mut here = vec![Contact::default(); self.model.contacts()];
+        let mut sides = vec![[false; 4]; here.len()];
+        for (_, u) in self.instants.iter() {
+            self.model.contact(u, q, &self.rest, &mut here);
+            for (sides, c) in sides.iter_mut().zip(&here) {
+                let [lower, upper] = [c.deflection - c.lower, c.deflection - c.upper];
+                let now = [lower < 0.0, lower > 0.0, upper < 0.0, upper > 0.0];
+                sides.iter_mut().zip(now).for_each(|(side, now)| *side |= now);
+            }
+        }
+        let gap = |i: usize| here[i].upper - here[i].lower;
+        let swings = |i: usize| gap(i) > 0.0 && sides[i].chunks(2).any(|side| side == [true; 2]);
+        let all: Vec<usize> = (0..here.len()).filter(|&i| swings(i) && gap(i).is_finite()).collect();
+        if all.len() > SWINGING { Vec::new() } else { all }
+    }
 }
+
+/// Largest number of contacts that swing across an edge whose mean forces on their flanks are computed: each
+/// of them takes three mean accelerations.
+const SWINGING: usize = 16;
 
 /// Adds contacts with a weight.
 fn add(sums: &mut [[f64; 7]], weight: f64, here: &[Contact]) {

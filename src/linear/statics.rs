@@ -294,12 +294,12 @@ impl AtRest<'_> {
         while tried.len() < TRIES && !tried.contains(&(pieces.clone(), left.clone())) {
             tried.push((pieces.clone(), left.clone()));
             let (q, acceleration) = self.balanced(&pieces, &mean.rest)?;
-            let contacts = mean.contacts(&q);
-            let near = rounding(&contacts);
-            let next = |i: usize| next_piece(pieces[i], &contacts[i], near, &mut left[i]);
+            let pressed = mean.pressed(&pieces, &q);
+            let near = rounding(&pressed);
+            let next = |i: usize| next_piece(pieces[i], &pressed[i], near, &mut left[i]);
             let found: Vec<Piece> = (0..pieces.len()).map(next).collect();
             if found == pieces {
-                return Ok(self.state(q, contacts, pieces, acceleration));
+                return Ok(self.state(q.clone(), mean.contacts(&q), pieces, acceleration));
             }
             pieces = found;
         }

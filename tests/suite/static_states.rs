@@ -9,6 +9,7 @@ use gear_dynamics::model::{Drives, Size};
 use gear_dynamics::models::ring::{RingSet, Shaft};
 use gear_dynamics::trains::{Bearing, Body, Coordinates, MeshPart, OfMesh, Parts, ShaftPart, two_stage};
 use gear_dynamics::{Dop853, Ring, Wave};
+use std::f64::consts::TAU;
 
 /// A motor, a shaft, a pinion and a wheel, under a torque with a ripple.
 fn ripple(factor: Wave, stiffness: Wave) -> Parts {
@@ -421,6 +422,44 @@ fn an_idle_pair_rests_in_the_middle_of_its_gap() {
             assert!(parts || (driven.force - carried).abs() < 1e-6, "{mean} {swing}: {driven:?}");
         }
     }
+}
+
+/// A stiffness that swings with the transmission error shifts the mean force: under a light load the flank that presses is
+/// found by this force, not by the mean deflection. Its mean over the period is the load.
+#[test]
+fn a_light_load_is_carried_by_the_flank_that_presses() {
+    let (stiffness, swing, half) = (2e8, 6e7, 5e-5);
+    for (error, torque) in
+        [(1e-5, -3.0), (1e-5, 3.0), (-1e-5, 3.0), (-1e-5, -3.0), (3e-5, -8.0), (1e-6, -0.3)]
+    {
+        let mesh = MeshPart::external([20, 40], [0.03, 0.06], fourier(stiffness, &[[swing, 0.0]]));
+        let mut parts = Parts::new();
+        parts.body("pinion", Body::new(1e-3)).body("wheel", Body::new(4e-3));
+        let mesh = mesh.error(fourier(0.0, &[[error, 0.0]])).half_backlash(half).phase(0.0);
+        parts.mesh("mesh", "pinion", "wheel", mesh);
+        parts.torque("drive", "pinion", torque).torque("load", "wheel", -2.0 * torque);
+        let train = parts.build("pinion", 100.0).unwrap();
+        let found = static_state(&train, None).unwrap();
+        let load = torque / 0.03;
+        let (edge, piece) = if load < 0.0 { (-half, Piece::Lower) } else { (half, Piece::Upper) };
+        assert_eq!((found.instant, found.pieces[0]), (None, piece), "{error} {torque}");
+        let count = 64;
+        let force = (0..count).map(|k| {
+            let at = static_drives(&train, train.period() * f64::from(k) / f64::from(count), &found.state);
+            let angle = TAU * f64::from(k) / f64::from(count);
+            (stiffness + swing * angle.cos()) * (at.deflection - edge)
+        });
+        let mean = force.sum::<f64>() / f64::from(count);
+        assert!((mean - load).abs() < 1e-6 * load.abs(), "{error} {torque}: {mean} for {load}");
+    }
+}
+
+/// The contact of a train at rest in a state, with the drives at a time.
+fn static_drives(train: &dyn Model, t: f64, state: &State) -> Contact {
+    let (mut u, mut contact) = (vec![0.0; train.drives()], [Contact::default()]);
+    train.drive(t, Side::After, &mut u);
+    train.contact(&u, &state.q, &vec![0.0; train.dof()], &mut contact);
+    contact[0]
 }
 
 /// A bearing with clearance that carries nothing, or as much as a mesh beside a shaft pushes it with: the forces of the
