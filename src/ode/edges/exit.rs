@@ -98,7 +98,8 @@ pub(crate) fn scale(c: &Contact) -> f64 {
     if gap > 0.0 && gap < ENDLESS { gap } else { size }
 }
 
-/// A gap this many times wider than the deflection and the edge near it hides neither at the start `[1]`.
+/// At the start of a run a gap this many times wider than the deflection and than the edge near it is wide
+/// `[1]`.
 const FAR_EDGE: f64 = 10.0;
 
 /// The way of a contact from an edge before its first step: 0, or a small share of its deflection and of the

@@ -2,6 +2,7 @@
 
 use crate::contact::Piece;
 use crate::model::expansion::expand::Expand;
+use crate::numeric::norms::largest;
 use crate::ode::taylor::course::are_steep;
 use crate::ode::taylor::distances::Distances;
 use crate::ode::taylor::expansion::coefficients::Coefficients;
@@ -189,7 +190,7 @@ impl Defect {
         if !step.is_steep {
             return rate; // the last terms of distances show what their drives do
         }
-        let actual = self.c.distances(0);
+        let (actual, extent) = (self.c.distances(0), largest(&self.start[..n]));
         let distance = |edge: &EdgeColumn| edge.sign * actual[edge.column];
         for (i, (own, edge)) in self.c.plan.edges.iter().zip(motion.edges()).enumerate() {
             let held = edge.sign
@@ -199,7 +200,7 @@ impl Defect {
             let opposite = self.c.plan.edges.iter().find(|other| other.is_opposite(own));
             let gap = opposite.map_or(0.0, |other| distance(own) + distance(other));
             let moves = distance(own).abs() + held.abs() + h * motion.coefficient(1, edge.column).abs();
-            let size = step.rtol.max(FINEST) * size_of_distance(gap, moves);
+            let size = step.rtol.max(FINEST) * size_of_distance(gap, moves, extent);
             let off = (distance(own) - held).abs() - noise(n + i);
             if off > 0.0 && size > f64::MIN_POSITIVE {
                 take(off / (size * h));

@@ -1,5 +1,6 @@
 //! Lengths of steps, from the last coefficients.
 
+use crate::numeric::norms::largest;
 use crate::ode::taylor::expansion::coefficients::{Coefficients, PER};
 use crate::ode::taylor::expansion::plan::{EdgeColumn, Plan};
 use crate::ode::taylor::expansion::rows::{EIGHT, Eight};
@@ -11,15 +12,15 @@ pub(crate) const MAX_GROWTH: f64 = 2.0;
 /// Smallest tolerance of the distances, as a share of the gap `[1]`.
 pub(crate) const FINEST: f64 = 1e-13;
 
-/// A gap wider than this number of times what a contact moves near one of its edges counts as so wide `[1]`:
-/// a motion near one edge does not know of the other one.
+/// A gap wider than this number of times what a contact moves near one of its edges, and than the
+/// coordinates, counts as so wide `[1]`: a motion near one edge does not know of the other one.
 const APART: f64 = 100.0;
 
 /// The size to which the tolerance of a distance from an edge is relative: the gap behind it, or the distance
-/// and its move in the step, `moves`.
+/// and its move in the step, `moves`. `extent`: the largest coordinate.
 #[inline(always)]
-pub(crate) fn size_of_distance(gap: f64, moves: f64) -> f64 {
-    let most = APART * moves;
+pub(crate) fn size_of_distance(gap: f64, moves: f64, extent: f64) -> f64 {
+    let most = if APART * moves > extent { APART * moves } else { extent };
     let gap = if gap < most { gap } else { most };
     if gap > moves { gap } else { moves }
 }
@@ -93,11 +94,12 @@ impl SeriesPace {
         let share = self.rtol.max(FINEST);
         let (start, rate) = (c.distances(0), c.distances(1));
         let [highest, below] = [degree, degree - 1].map(|n| c.distances(n));
+        let extent = largest(c.q(0));
         let mut terms = [0.0_f64; 2];
         for (edge, opposite) in c.plan.edges.iter().zip(&self.opposite) {
             let (i, at_start) = (edge.column, |edge: &EdgeColumn| edge.sign * start[edge.column]);
             let gap = opposite.map_or(0.0, |other| at_start(edge) + at_start(&other));
-            let size = size_of_distance(gap, start[i].abs() + span * rate[i].abs());
+            let size = size_of_distance(gap, start[i].abs() + span * rate[i].abs(), extent);
             if share * size > f64::MIN_POSITIVE {
                 let per = 1.0 / (share * size);
                 terms = [max(terms[0], (highest[i] * per).abs()), max(terms[1], (below[i] * per).abs())];

@@ -69,14 +69,20 @@ impl Pace {
         }
         // Moving edges and transmission errors act on the distances alone while teeth are apart.
         let share = self.rtol.max(FINEST);
-        let mut terms = [[0.0; W]; 2];
+        let (mut terms, mut extent) = ([[0.0; W]; 2], [0.0; W]);
+        for column in 0..self.atol.len() / 2 {
+            let value = &c.at(column, 0).0;
+            for l in 0..W {
+                extent[l] = max(extent[l], value[l].abs());
+            }
+        }
         for (edge, opposite) in &self.edges {
             let other = opposite.map(|other| c.at(other, 0));
             let [start, rate, highest, below] = [0, 1, degree, degree - 1].map(|n| &c.at(*edge, n).0);
             for l in 0..W {
                 let gap = other.map_or(0.0, |other| start[l] + other.0[l]);
                 let moves = start[l].abs() + span[l] * rate[l].abs();
-                let size = share * size_of_distance(gap, moves);
+                let size = share * size_of_distance(gap, moves, extent[l]);
                 let per = if size > f64::MIN_POSITIVE { 1.0 / size } else { 0.0 };
                 terms[0][l] = max(terms[0][l], (highest[l] * per).abs());
                 terms[1][l] = max(terms[1][l], (below[l] * per).abs());
