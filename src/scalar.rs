@@ -1,5 +1,6 @@
 //! The number types with which the algebra of a model is computed.
 
+use crate::numeric::sine::turned;
 use std::fmt::Debug;
 use std::ops::Add;
 use std::ops::Div;
@@ -64,6 +65,12 @@ pub trait Scalar:
     #[inline(always)]
     fn signed_powf(self, p: f64) -> Self {
         self * self.abs_powf(p - 1.0)
+    }
+    /// (sin (x + y), cos (x + y)) from the sines and cosines of x and y.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn turned(of: (Self, Self), by: (Self, Self)) -> (Self, Self) {
+        turned(of, by)
     }
     /// e^x.
     fn exp(self) -> Self;

@@ -5,7 +5,7 @@ use crate::excitation::enclosed_angle::EnclosedAngle;
 use crate::excitation::jet::Jet;
 use crate::excitation::wave_weights::{Sizes, WaveWeights};
 use crate::interval::number::Interval;
-use crate::numeric::sine::turned;
+use crate::numeric::sine::{sin_cos_of_multiples, turned};
 use crate::scalar::Scalar;
 use crate::series::{BLOCKS, EIGHT, PowerSeries, Series};
 use std::cell::Cell;
@@ -117,7 +117,7 @@ impl Fourier {
         let mut jet = Jet::constant(S::from(self.mean));
         for (n, &[cos, sin]) in self.pairs.iter().enumerate() {
             if n > 0 {
-                (s, c) = turned((s, c), first);
+                (s, c) = S::turned((s, c), first);
             }
             w += times;
             let wave = c * cos + s * sin;
@@ -141,35 +141,39 @@ impl Fourier {
             (s, c) = match n - at {
                 0 => (s, c),
                 1 => turned((s, c), first),
-                _ => libm::sincos(*n as f64 * angle.at(0.0)),
+                _ => {
+                    let [[s], [c]] = sin_cos_of_multiples(*n as f64, [angle.at(0.0)]);
+                    (s, c)
+                }
             };
             at = *n;
             let [cos, sin] = self.pairs[n - 1];
             weights.add([cos * c + sin * s, sin * c - cos * s], &mut sums);
         }
-        let sums = sums.as_flattened();
+        let (sums, highest) = (sums.as_flattened(), self.weights.last().map_or(0.0, |(n, _)| *n as f64));
         let series = |derivative: usize| {
             let mut power = 1.0;
-            Series::from_coefficients(angle, |k| {
+            let derived = |k: usize, coefficient: f64| match derivative {
+                0 => coefficient,
+                1 => (k + 1) as f64 * coefficient,
+                _ => ((k + 1) * (k + 2)) as f64 * coefficient,
+            };
+            let mut last = [0.0; 2];
+            let series = Series::from_coefficients(angle, |k| {
+                let size = self.sizes.as_ref().map_or(0.0, |sizes| sizes.at(k + derivative));
+                last = [derived(k, power.abs() * size), last[0]];
                 let coefficient = power * sums.get(k + derivative).copied().unwrap_or(0.0);
                 power *= w;
-                match derivative {
-                    0 => coefficient,
-                    1 => (k + 1) as f64 * coefficient,
-                    _ => ((k + 1) * (k + 2)) as f64 * coefficient,
-                }
-            })
+                derived(k, coefficient)
+            });
+            let noise =
+                self.sizes.as_ref().map_or(0.0, |sizes| derived(0, f64::EPSILON * sizes.at(derivative)));
+            let last = self.sizes.is_some().then_some(last);
+            series.as_waves(self.weights.len(), highest * w.abs(), last, noise)
         };
         let mut of = Jet::constant(series(0));
         if jet {
             (of.rate, of.second) = (series(1), series(2));
-        }
-        if let Some(sizes) = &self.sizes {
-            let power = |k: usize| (0..k).fold(1.0, |power, _| power * w);
-            let hidden = sizes.steepness(of.value.coefficients(), w, power);
-            for series in [&mut of.value, &mut of.rate, &mut of.second] {
-                series.set_steepness(hidden);
-            }
         }
         of
     }

@@ -1,7 +1,7 @@
 //! The weights with which waves of one order are expanded over time, and what their sums may hide.
 
 use crate::series::{BLOCKS, EIGHT};
-use crate::steepness::{HIGH_DEGREE, JETS};
+use crate::steepness::{HIGH_DEGREE, JETS, SHOWN};
 use std::fmt;
 
 /// The weights n^k/k! of the Taylor coefficients k of a wave of order n over its angle, with the signs
@@ -52,9 +52,6 @@ pub(crate) struct Sizes {
     highest: f64,
 }
 
-/// Below this share of its size a coefficient shows nothing of what is to come `[1]`.
-const SHOWN: f64 = 1.0 / 16.0;
-
 impl Sizes {
     /// The sizes of a sum of terms n, A_n and weights, orders increasing; `None` if its terms are too few to
     /// hide something. M terms and a mean are 0 with 2M coefficients at most.
@@ -69,6 +66,11 @@ impl Sizes {
             of.sizes.as_flattened_mut().iter_mut().zip(weights).for_each(|(s, w)| *s += amplitude * w.abs());
         }
         Some(of)
+    }
+
+    /// The size of coefficient k over the angle; 0 beyond the last one.
+    pub(crate) fn at(&self, k: usize) -> f64 {
+        self.sizes.as_flattened().get(k).copied().unwrap_or(0.0)
     }
 
     /// How steep the sum may be beyond these coefficients over time, at the speed φ'; 0 if the last of them
@@ -90,7 +92,7 @@ impl Sizes {
     ) -> bool {
         let sizes = self.sizes.as_flattened();
         let is_small = |k: usize| at(k).abs() < SHOWN * sizes[k] * power(k).abs();
-        coefficients <= JETS + 1 || (coefficients - 2..coefficients).all(is_small)
+        coefficients <= JETS + 2 || (coefficients - 2..coefficients).all(is_small)
     }
 }
 

@@ -30,27 +30,42 @@ const COS: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
 ];
 
-/// (sin x, cos x), with an error of at most 3e-16 for |x| <= 1e6 rad, by sums and products alone.
+/// sin x and cos x of several angles, with an error of at most 3e-16 for |x| <= 1e6 rad, by sums and products
+/// alone.
 ///
 /// `libm::sincos` takes longer, since its branches depend on the quadrant, which the processor cannot
 /// predict.
-#[inline]
-pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
-    if is_near(x) { near(x) } else { libm::sincos(x) }
-}
-
-/// Writes sin x and cos x of several angles, with the same bits as [`sin_cos`].
 #[inline(always)]
 pub(crate) fn sin_cos_each<const W: usize>(x: [f64; W]) -> [[f64; W]; 2] {
+    sin_cos_of_sums(x, [0.0; W])
+}
+
+/// sin nx and cos nx of several angles, as if the product were not rounded.
+#[inline(always)]
+pub(crate) fn sin_cos_of_multiples<const W: usize>(n: f64, x: [f64; W]) -> [[f64; W]; 2] {
+    // The products of n, a whole number below 2^26, with the two halves of x are exact.
+    let high = x.map(|x| f64::from_bits(x.to_bits() & !((1 << 27) - 1)));
+    let [mut large, mut small] = [[0.0; W]; 2];
+    for i in 0..W {
+        (large[i], small[i]) = (n * high[i], n * (x[i] - high[i]));
+    }
+    sin_cos_of_sums(large, small)
+}
+
+/// Sine and cosine of x + y. `y`: much smaller than x, or 0.
+#[inline(always)]
+fn sin_cos_of_sums<const W: usize>(x: [f64; W], y: [f64; W]) -> [[f64; W]; 2] {
     let [mut s, mut c] = [[0.0; W]; 2];
     let mut all_near = true;
     for i in 0..W {
         all_near &= is_near(x[i]);
-        (s[i], c[i]) = near(x[i]);
+        (s[i], c[i]) = near(x[i], y[i]);
     }
     if !all_near {
         for i in 0..W {
-            (s[i], c[i]) = sin_cos(x[i]);
+            if !is_near(x[i]) {
+                (s[i], c[i]) = turned(libm::sincos(x[i]), libm::sincos(y[i]));
+            }
         }
     }
     [s, c]
@@ -79,12 +94,12 @@ fn is_near(x: f64) -> bool {
     x.abs() <= FAR
 }
 
-/// (sin x, cos x) for |x| <= 1e6 rad.
+/// Sine and cosine of x + y for |x| <= 1e6 rad.
 #[inline(always)]
-fn near(x: f64) -> (f64, f64) {
+fn near(x: f64, y: f64) -> (f64, f64) {
     let shifted = x * std::f64::consts::FRAC_2_PI + WHOLE;
     let (turns, quadrant) = (shifted - WHOLE, shifted.to_bits());
-    let x = ((x - turns * QUARTER[0]) - turns * QUARTER[1]) - turns * QUARTER[2];
+    let x = (((x - turns * QUARTER[0]) + y) - turns * QUARTER[1]) - turns * QUARTER[2];
     let z = x * x;
     let w = z * z;
     let s = SIN[0] + z * SIN[1] + w * ((SIN[2] + z * SIN[3]) + w * (SIN[4] + z * SIN[5]));
@@ -100,16 +115,30 @@ fn near(x: f64) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::sin_cos;
+    use super::{sin_cos_each, sin_cos_of_multiples};
 
     #[test]
     fn agrees_with_libm() {
         for i in -400_000..=400_000 {
             let x = f64::from(i) * 2.499_871;
-            let ((s, c), (sin, cos)) = (sin_cos(x), libm::sincos(x));
+            let ([[s], [c]], (sin, cos)) = (sin_cos_each([x]), libm::sincos(x));
             assert!((s - sin).abs() < 3e-16 && (c - cos).abs() < 3e-16, "{x}: {s} {sin}, {c} {cos}");
         }
-        assert_eq!(sin_cos(0.0), (0.0, 1.0));
-        assert!(sin_cos(f64::NAN).0.is_nan() && sin_cos(f64::INFINITY).1.is_nan());
+        assert_eq!(sin_cos_each([0.0]), [[0.0], [1.0]]);
+        assert!(sin_cos_each([f64::NAN, f64::INFINITY]).as_flattened().iter().all(|x| x.is_nan()));
+    }
+
+    /// The product of an angle of 26 bits and an order is exact.
+    #[test]
+    fn multiples_are_not_rounded() {
+        for i in -40_000..=40_000 {
+            let (x, n) = (f64::from(i) * 24.998_71 + 1e-7, f64::from(1 + i.unsigned_abs() % 97));
+            let high = f64::from_bits(x.to_bits() & !((1 << 27) - 1));
+            let ((s, c), (small, one)) = (libm::sincos(n * high), libm::sincos(n * (x - high)));
+            let ([[sin], [cos]], s, c) =
+                (sin_cos_of_multiples(n, [x]), s * one + c * small, c * one - s * small);
+            assert!((s - sin).abs() < 1e-15 && (c - cos).abs() < 1e-15, "{n} {x}: {s} {sin}, {c} {cos}");
+        }
+        assert!(sin_cos_of_multiples(3.0, [f64::NAN, 1.0])[0][0].is_nan());
     }
 }

@@ -21,6 +21,7 @@ mod branches_beside_grazings;
 mod branches_by_balance;
 mod branches_to_infinity;
 mod branches_within_steps;
+mod cancelling_waves;
 mod certificates;
 mod check_findings;
 mod check_own_models;

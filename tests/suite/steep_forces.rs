@@ -174,7 +174,7 @@ impl Shape for FlatPulse {
 }
 
 /// x(t) from rest for the drive Σ c_k cos kωt, from its Fourier coefficients by 256 samples.
-fn driven_from_rest(drive: impl Fn(f64) -> f64, speed: f64, t: f64) -> f64 {
+pub(crate) fn driven_from_rest(drive: impl Fn(f64) -> f64, speed: f64, t: f64) -> f64 {
     let samples: Vec<f64> = (0..256).map(|i| drive((TAU * f64::from(i) / 256.0).cos())).collect();
     let (mut x, mut start) = (0.0, [0.0; 2]);
     for k in 0..64 {

@@ -31,6 +31,8 @@ pub(crate) struct Checked<'s> {
     pub(crate) atol: &'s [f64],
     /// Whether functions of the tape or of the drives may be steep.
     pub(crate) is_steep: bool,
+    /// Whether a sum that varies with the time alone may be steep.
+    pub(crate) hides_a_sum: bool,
 }
 
 /// The defect of a motion x(s) in a step: x'' - a(u, x, x'), at instants that no function on the tape or in a
@@ -55,6 +57,16 @@ pub(crate) struct Defect {
     pub(crate) evaluations: u64,
 }
 
+/// What the instants of a step show.
+enum Walked {
+    /// The polynomials solve the equation.
+    Solved,
+    /// They do not, unless rounding explains it, which has been estimated.
+    Rounded,
+    /// They solve it up to the time `s`, and do not at the instant `failed`.
+    Until { s: f64, failed: Option<f64> },
+}
+
 /// Largest number of instants in a step. A step that needs more ends at the last one.
 const INSTANTS: usize = 64;
 
@@ -68,6 +80,11 @@ const ALLOWED: f64 = 4.0;
 /// Whether a sum of defects is above what is allowed, or not a number.
 fn exceeds(sum: f64) -> bool {
     sum.is_nan() || sum > ALLOWED
+}
+
+/// The time `s` after `t`, as far as the instant t + s has digits: drives and polynomials at one instant.
+fn after(t: f64, s: f64) -> f64 {
+    (t + s) - t
 }
 
 /// From this share of a step on, the defect of a series grows like a high power of the time `[1]`.
@@ -104,8 +121,7 @@ impl Defect {
         self.c.set_pieces(step.pieces);
         let mut h = step.h;
         motion.state(0.0, &mut self.start);
-        let orders = if step.is_steep { JETS } else { 1 };
-        let known = self.look(step.t, 0.0, orders, expanded, motion);
+        let known = self.look(step, 0.0, expanded, motion);
         let is_unknown = self.may_hide_a_product();
         for ((per, atol), i) in self.per.iter_mut().zip(step.atol).zip(0..) {
             let n = self.held.len();
@@ -114,61 +130,90 @@ impl Defect {
         }
         loop {
             let first = if is_unknown { known.max(INSTANTS as f64 / h) } else { known };
-            let (mut s, mut steepness, mut before, mut sum) = (0.0, first, 0.0, 0.0);
-            let end = h * (1.0 - BEFORE_END);
+            let end = after(step.t, h * (1.0 - BEFORE_END));
             if step.t + end >= step.t + h {
                 return h;
             }
-            let failed = (0..INSTANTS).find_map(|_| {
-                let apart = if steepness.is_finite() { 1.0 / steepness } else { h / INSTANTS as f64 };
-                let next = (s + apart.min(0.5 * h)).min(end);
-                steepness = self.look(step.t, next, orders, expanded, motion);
-                let mut rate = self.rate(h, step, motion, next, false);
-                let weight = |s: f64, apart: f64| match s > LATE * h {
-                    true => (0.5 * apart).min(h / (motion.degree() + 1) as f64),
-                    false => 0.5 * apart,
-                };
-                let added = |rate: f64| weight(s, next - s) * before + weight(next, next - s) * rate;
-                if exceeds(sum + added(rate)) {
-                    self.shake(step.t + next);
-                    rate = self.rate(h, step, motion, next, true);
-                }
-                sum += added(rate);
-                if exceeds(sum) {
-                    return Some(next);
-                }
-                (s, before) = (next, rate);
-                (s == end).then_some(f64::INFINITY)
-            });
-            match failed {
-                Some(f64::INFINITY) => return h,
-                _ if s > 0.0 => return s,
-                Some(next) => h = 0.5 * next,
-                None => return 0.0,
+            let mut verdict = self.walk(step, [h, end, first], false, expanded, motion);
+            if let Walked::Rounded = verdict {
+                verdict = self.walk(step, [h, end, first], true, expanded, motion);
+            }
+            match verdict {
+                Walked::Solved => return h,
+                Walked::Until { s, .. } if s > 0.0 => return s,
+                Walked::Until { failed: Some(next), .. } => h = 0.5 * next,
+                _ => return 0.0,
             }
         }
     }
 
-    /// Expands the motion at the time `s` of the step to `orders`. Returns how steep functions are there, if
-    /// there are orders enough to tell `[1/s]`.
+    /// Walks over the instants of a step of length `h`, from the steepness `first` at its start to `end`.
+    /// `noisy`: whether rounding has been estimated.
+    fn walk(
+        &mut self,
+        step: &Checked<'_>,
+        [h, end, first]: [f64; 3],
+        noisy: bool,
+        expanded: &dyn Expand,
+        motion: &impl MotionPolynomials,
+    ) -> Walked {
+        let (mut s, mut steepness, mut before, mut sum) = (0.0, first, 0.0, 0.0);
+        for _ in 0..INSTANTS {
+            let apart = if steepness.is_finite() { 1.0 / steepness } else { h / INSTANTS as f64 };
+            let next = after(step.t, s + apart.min(0.5 * h));
+            let next = if next > s { next } else { (step.t + s).next_up() - step.t }.min(end);
+            steepness = self.look(step, next, expanded, motion);
+            let mut rate = self.rate(h, step, motion, next, noisy);
+            let weight = |s: f64, apart: f64| match s > LATE * h {
+                true => (0.5 * apart).min(h / (motion.degree() + 1) as f64),
+                false => 0.5 * apart,
+            };
+            let added = |rate: f64| weight(s, next - s) * before + weight(next, next - s) * rate;
+            if exceeds(sum + added(rate)) {
+                self.shake(step.t + next);
+                if !noisy {
+                    return Walked::Rounded;
+                }
+                rate = self.rate(h, step, motion, next, true);
+            }
+            sum += added(rate);
+            if exceeds(sum) {
+                return Walked::Until { s, failed: Some(next) };
+            }
+            (s, before) = (next, rate);
+            if s == end {
+                return Walked::Solved;
+            }
+        }
+        Walked::Until { s, failed: None }
+    }
+
+    /// Expands the motion at the time `s` of the step. Returns how steep functions are there `[1/s]`, if they
+    /// may be steep.
     fn look(
         &mut self,
-        t: f64,
+        step: &Checked<'_>,
         s: f64,
-        orders: usize,
         expanded: &dyn Expand,
         motion: &impl MotionPolynomials,
     ) -> f64 {
+        let orders = match (step.is_steep, step.hides_a_sum) {
+            (false, _) => 1,
+            (true, false) => JETS,
+            (true, true) => JETS + 1,
+        };
         motion.state(s, &mut self.y);
         motion.acceleration(s, &mut self.held);
-        expanded.drive_series(t + s, orders + 1, &mut self.series);
+        expanded.drive_series(step.t + s, orders + 1, &mut self.series);
         self.c.expand(&self.y, &self.series, orders, false);
         self.evaluations += orders as u64;
         if orders < JETS {
             return 0.0;
         }
         let of_drives = self.c.plan.drives.iter().map(|(drive, _)| self.series[*drive].steepness());
-        of_drives.fold(if self.of_tape { self.c.steepness() } else { 0.0 }, f64::max)
+        let of_tape = if self.of_tape { self.c.steepness() } else { 0.0 };
+        let of_sums = if step.hides_a_sum { self.c.steepness_of_sums() } else { 0.0 };
+        of_drives.fold(of_tape.max(of_sums), f64::max)
     }
 
     /// Whether a product of high degree is 0 at the start of the step, or may be: a drive tells only that it
@@ -210,7 +255,7 @@ impl Defect {
     }
 
     /// Estimates what rounding changes at the instant `t`, from numbers that differ by a few roundings, and
-    /// drives at times that do.
+    /// drives that do or are at times that do.
     fn shake(&mut self, t: f64) {
         let n = self.held.len();
         let by = |i: usize| if i.is_multiple_of(2) { SHAKE } else { -SHAKE };
@@ -221,7 +266,8 @@ impl Defect {
         self.y.iter_mut().enumerate().for_each(|(i, y)| *y *= 1.0 + by(i));
         for (i, series) in self.series.iter_mut().enumerate() {
             let rate = series.coefficients().get(1).copied().unwrap_or(0.0);
-            *series = series.moved_to(series.first() + by(i) * (series.first() + t * rate));
+            let noise = (series.first().abs() + (t * rate).abs()).max(series.noise() / f64::EPSILON);
+            *series = series.moved_to(series.first() + by(i) * noise);
         }
         self.c.expand(&self.y, &self.series, JETS, false);
         self.noise[..n].iter_mut().zip(self.c.v(1)).for_each(|(noise, a)| *noise = (*noise - a).abs());

@@ -271,13 +271,15 @@ impl<'r> TaylorRun<'r> {
     /// that the tolerances allow.
     fn solved_until(&mut self, h: f64, full: f64) -> f64 {
         let Prepared { c, series, tape, hides, has_gaps, defect, .. } = &mut *self.prepared;
-        let is_steep = *hides || are_steep(series, &c.plan.drives);
+        let hides_a_sum = c.hides_a_sum();
+        let is_steep = *hides || hides_a_sum || are_steep(series, &c.plan.drives);
         if c.frozen || !(is_steep || *has_gaps && self.course.may_miss(full)) {
             return h;
         }
         let defect = defect.get_or_insert_with(|| Defect::new(tape, *hides));
         let e = &self.course.e;
-        let step = Checked { t: e.t, h, pieces: &e.pieces, rtol: self.rtol, atol: &self.atol, is_steep };
+        let (rtol, atol) = (self.rtol, &self.atol[..]);
+        let step = Checked { t: e.t, h, pieces: &e.pieces, rtol, atol, is_steep, hides_a_sum };
         let solved = defect.length(&step, self.expanded, &*c);
         self.course.passage.stats.evaluations += std::mem::take(&mut defect.evaluations);
         solved

@@ -7,6 +7,7 @@ use crate::ode::taylor::defect::{Checked, Defect};
 use crate::ode::taylor::expansion::degrees::{may_have_gaps, may_hide};
 use crate::ode::taylor::expansion::plan::EdgeColumn;
 use crate::ode::{IntegrateError, Taylor};
+use crate::steepness::JETS;
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::number::Lanes;
 use crate::sweep::taylor::columns::{Columns, W};
@@ -63,8 +64,8 @@ pub(crate) struct Crew<'p, 'm, T: Task<'m>> {
     edges: Vec<EdgeColumn>,
     singular: Option<&'static str>,
     numbers: Numbers<'p>,
-    /// The check of steps; `None` if neither algebra nor waves have a function that a step may pass unseen,
-    /// and no series has gaps.
+    /// The check of steps; `None` if neither algebra nor waves nor their sums have something that a step may
+    /// pass unseen, and no series has gaps.
     defect: Option<Defect>,
     has_gaps: bool,
     runs: [Option<Box<Run<'m, T>>>; W],
@@ -86,7 +87,7 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
         let (hides, has_gaps) = (may_hide(&program.tape), may_have_gaps(&program.tape));
         let hidden =
             |waves: &FourierWaves| program.waves.iter().any(|(wave, _)| waves.sizes(*wave).is_some());
-        let is_checked = hides || has_gaps || waves.is_none_or(hidden);
+        let is_checked = hides || has_gaps || !program.time_sums.is_empty() || waves.is_none_or(hidden);
         Crew {
             taylor,
             set,
@@ -214,10 +215,11 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
         let Some(mut defect) = self.defect.take() else { return Ok(h) };
         let Run { lane, task, .. } = run;
         let mut solved = h;
-        let is_steep = defect.of_tape || self.are_waves_steep(place, lane);
+        let hides_a_sum = self.hides_a_sum(place);
+        let is_steep = defect.of_tape || hides_a_sum || self.are_waves_steep(place, lane);
         if is_steep || self.has_gaps && lane.course.may_miss(self.numbers.full[place]) {
-            let (e, rtol) = (&lane.course.e, self.taylor.tolerances.rtol);
-            let step = Checked { t: e.t, h, pieces: &e.pieces, rtol, atol: task.tolerances(), is_steep };
+            let (e, rtol, atol) = (&lane.course.e, self.taylor.tolerances.rtol, task.tolerances());
+            let step = Checked { t: e.t, h, pieces: &e.pieces, rtol, atol, is_steep, hides_a_sum };
             solved = defect.length(&step, lane.expanded, &self.view(place));
         }
         self.defect = Some(defect);
@@ -239,6 +241,13 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
             let at = |n: usize| columns.at(column, n).0[place];
             waves.sizes(wave).is_some_and(|sizes| sizes.hides(degree + 1, at, power))
         })
+    }
+
+    /// Whether the last coefficients of a sum that varies with the time alone do not show it.
+    fn hides_a_sum(&self, place: usize) -> bool {
+        let Numbers { program, columns, .. } = &self.numbers;
+        let (degree, at) = (columns.degree, |column: u32, n: usize| columns.at(column as usize, n).0[place]);
+        program.time_sums.iter().any(|sum| degree <= JETS + 1 || sum.hides(degree - 1, at))
     }
 
     fn take_pieces(&mut self, place: usize, lane: &Lane<'m>) {

@@ -2,6 +2,7 @@
 
 use crate::contact::edge::Edge;
 use crate::ode::probe::ChannelKind;
+use crate::ode::taylor::expansion::dependence::{TimeSum, time_sums};
 use crate::ode::taylor::expansion::plan::EdgeColumn;
 use crate::sweep::taylor::still::{Still, Stills};
 use crate::tape::form::Form;
@@ -73,6 +74,8 @@ pub(crate) struct Program {
     pub(super) stills: Stills,
     /// First contact and number of contacts of each selector.
     pub(super) selectors: Vec<(usize, usize)>,
+    /// Sums of columns that vary with the time alone.
+    pub(super) time_sums: Vec<TimeSum>,
     /// The tape, for the check of steps.
     pub(super) tape: Tape,
 }
@@ -113,6 +116,7 @@ impl Program {
                 channels: Vec::new(),
                 stills: Stills::default(),
                 selectors: Vec::new(),
+                time_sums: Vec::new(),
                 tape: tape.clone(),
             },
         };
@@ -152,7 +156,10 @@ impl Program {
             ChannelKind::Force(i) => writer.column(tape.measured[i][1]),
         });
         let channels = channels.collect();
-        let mut program = Program { accelerations, distances, channels, ..writer.program };
+        let places = |slot: u32| writer.places[slot as usize].and_then(Place::column).unwrap_or(0) as u32;
+        let sums = time_sums(tape, |drive| drive >= waves).into_iter();
+        let time_sums = sums.map(|sum| sum.of_columns(places)).collect();
+        let mut program = Program { accelerations, distances, channels, time_sums, ..writer.program };
         program.mark_late();
         Ok(program)
     }

@@ -3,7 +3,7 @@
 use crate::excitation::wave_weights::{Sizes, WaveWeights};
 use crate::model::shapes::shape::Shape;
 use crate::model::shapes::waves::fourier_angle::{Harmonics, fourier_waves};
-use crate::numeric::sine::{rotate, sin_cos_each};
+use crate::numeric::sine::{rotate, sin_cos_of_multiples};
 use pulp::{Arch, Simd, WithSimd};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -200,7 +200,7 @@ impl FourierWaves {
             if order.rotated {
                 rotate(&mut s, &mut c, &lowest);
             } else {
-                [s, c] = sin_cos_each(std::array::from_fn(|i| order.n * angles[i]));
+                [s, c] = sin_cos_of_multiples(order.n, *angles);
             }
             if k == 0 {
                 lowest = [s, c];

@@ -100,7 +100,7 @@ impl Expansion<'_> {
             // The sums stay in registers, and are read again where they were written to.
             if let Some(sizes) = &waves.sizes[k] {
                 let steepness = sizes.steepness(u.coefficients(), speed, |k| powers[k / EIGHT][k % EIGHT]);
-                u.set_steepness(steepness);
+                u.set_hidden(steepness, f64::EPSILON * sizes.at(0));
             }
         }
     }

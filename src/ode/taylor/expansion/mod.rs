@@ -3,7 +3,7 @@
 pub(crate) mod aligned;
 pub(crate) mod coefficients;
 pub(crate) mod degrees;
-mod dependence;
+pub(crate) mod dependence;
 pub(crate) mod functions;
 pub(crate) mod plan;
 pub(crate) mod products;

@@ -4,7 +4,7 @@ use crate::contact::Piece;
 use crate::contact::edge::Edge;
 use crate::contact::piece::alternative;
 use crate::ode::taylor::expansion::degrees::high_products;
-use crate::ode::taylor::expansion::dependence::{dependants_of_powers, levels, uses};
+use crate::ode::taylor::expansion::dependence::{TimeSum, dependants_of_powers, levels, time_sums, uses};
 use crate::ode::taylor::expansion::functions::{Function, Grid, Placed};
 use crate::ode::taylor::expansion::products::{BATCH, Products};
 use crate::ode::taylor::expansion::rows::{Block, EIGHT, Eight, Places, Rows};
@@ -82,6 +82,8 @@ pub(crate) struct Plan {
     pub(crate) levels_of_distances: usize,
     /// Columns of the products of high degree.
     pub(crate) high_products: Vec<u32>,
+    /// Sums of columns that vary with the time alone.
+    pub(crate) time_sums: Vec<TimeSum>,
 }
 
 /// Number of blocks of the columns of a small plan. Plans have at least this number.
@@ -189,6 +191,7 @@ impl Plan {
         });
         let own_forms: Vec<Option<&Form>> = forms.iter().filter(|_| own).map(|(.., f)| Some(*f)).collect();
         let first = columns.take_blocks(own_forms.len()) / EIGHT;
+        let sums = time_sums(tape, still).into_iter();
         Plan {
             dof: n,
             width: (columns.next / EIGHT).max(SMALL),
@@ -202,6 +205,7 @@ impl Plan {
             distances: if own { first } else { made[0].first_row },
             distance_blocks: edges.iter().map(|edge| edge.column / EIGHT + 1).max().unwrap_or(0),
             levels_of_distances: if own { deepest.unwrap_or(0) } else { 1 },
+            time_sums: sums.map(|sum| sum.of_columns(|slot| columns.of_slot[slot as usize])).collect(),
             high_products: high_products(tape).into_iter().map(|slot| columns.of_slot[slot]).collect(),
             levels: made,
             edges,

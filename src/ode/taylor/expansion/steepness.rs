@@ -27,6 +27,22 @@ impl Coefficients {
         all.chain(products).fold(0.0, f64::max)
     }
 
+    /// Whether the last coefficients of a sum that varies with the time alone do not show it. Few never do.
+    #[inline]
+    pub(crate) fn hides_a_sum(&self) -> bool {
+        let (x, stride, degree) = (self.x.as_flattened(), EIGHT * self.plan.width, self.degree);
+        let at = |column: u32, n: usize| x[n * stride + column as usize];
+        let mut sums = self.plan.time_sums.iter();
+        sums.any(|sum| degree <= JETS + 1 || sum.hides(degree - 1, at))
+    }
+
+    /// The largest steepness of the sums that vary with the time alone, from [`JETS`] + 1 orders `[1/s]`.
+    pub(crate) fn steepness_of_sums(&self) -> f64 {
+        let (x, stride) = (self.x.as_flattened(), EIGHT * self.plan.width);
+        let at = |column: u32, n: usize| x[n * stride + column as usize];
+        self.plan.time_sums.iter().map(|sum| sum.steepness(at)).fold(0.0, f64::max)
+    }
+
     /// Whether a product of high degree is 0, so that its coefficients say nothing of what comes.
     pub(crate) fn has_unknown_product(&self) -> bool {
         let values = self.x.as_flattened();
