@@ -6,7 +6,7 @@ use search::checks::all;
 const SEED: u64 = 7;
 
 /// Numbers of cases, many of the fast checks. The slow ones run by the command of the crate alone.
-const CASES: [(&str, u64); 47] = [
+const CASES: [(&str, u64); 48] = [
     ("integrators-of-pairs", 10),
     ("integrators-of-stages", 4),
     ("integrators-of-chains", 3),
@@ -37,6 +37,7 @@ const CASES: [(&str, u64); 47] = [
     ("steep-forces", 2),
     ("powers-from-rest", 4),
     ("powers-as-drives", 10),
+    ("cancelling-waves", 10),
     ("reference-of-wide-gaps", 2),
     ("closed-far-flanks", 2),
     ("closed-stiffness", 20),

@@ -1,6 +1,7 @@
 //! The checks.
 
 mod branches;
+mod cancelling;
 mod closed;
 mod densities;
 mod drives;
@@ -28,6 +29,7 @@ use crate::Check;
 pub fn all() -> impl Iterator<Item = &'static Check> {
     [
         &branches::CHECKS[..],
+        &cancelling::CHECKS,
         &closed::CHECKS,
         &densities::CHECKS,
         &drives::CHECKS,

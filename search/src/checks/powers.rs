@@ -155,16 +155,29 @@ fn powers_as_drives(draw: &mut Draw) -> Outcome {
     compare(draw, shape, values, start)
 }
 
-/// Single runs and lanes over two periods at four tolerances against the reference.
+/// A power and its pulse against the reference.
 fn compare(draw: &mut Draw, shape: Power, values: [f64; 7], start: [f64; 2]) -> Outcome {
-    let constants: Vec<(&str, f64)> = NAMES.into_iter().zip(values).collect();
-    let text = format!("{shape:?}, {values:?}, {start:?}");
-    draw.note(|| text.clone());
     let f = move |t: f64, [x, v]: [f64; 2]| {
         let [speed, mean, force, damping, stiffness, power, width] = values;
         let (sin, cos) = (speed * t).sin_cos();
         mean + force * shape.pulse.at(sin, cos) - damping * v - stiffness * x - power * shape.at(x / width)
     };
+    compare_with(draw, shape, &NAMES, &values, f, start)
+}
+
+/// Single runs and lanes of a shape of one coordinate over two periods at four tolerances against the equation
+/// x'' = f(t, \[x, x'\]) of a closure. The first constant is the speed.
+pub fn compare_with<G: Shape + Clone + std::fmt::Debug>(
+    draw: &mut Draw,
+    shape: G,
+    names: &[&str],
+    values: &[f64],
+    f: impl Fn(f64, [f64; 2]) -> f64,
+    start: [f64; 2],
+) -> Outcome {
+    let constants: Vec<(&str, f64)> = names.iter().copied().zip(values.iter().copied()).collect();
+    let text = format!("{shape:?}, {values:?}, {start:?}");
+    draw.note(|| text.clone());
     let end = 2.0 * std::f64::consts::TAU / values[0];
     let reference = match Reference::of(&f, start, end) {
         Ok(reference) => reference,
@@ -188,7 +201,7 @@ fn compare(draw: &mut Draw, shape: Power, values: [f64; 7], start: [f64; 2]) -> 
         };
         let points = Axis::of_values("speed", &[values[0], 1.1 * values[0]]).map(Points::from);
         let lanes = points.map_err(|error| error.to_string()).and_then(|points| {
-            let begin = |_: &Point<'_>, _: &Machine<Power>| Ok::<_, ParameterError>(state.clone());
+            let begin = |_: &Point<'_>, _: &Machine<G>| Ok::<_, ParameterError>(state.clone());
             let sweep = Sweep::new(points).settle(1).measure(1).channels(&["q0"]).strobe(1);
             let (engine, family) =
                 (LaneTaylor::new(taylor), |p: &Point<'_>| machine.with("speed", p["speed"]));
