@@ -410,6 +410,7 @@ fn bad_guesses() {
         shooting.clone().period_multiple(0),
         shooting.clone().segments(0),
         shooting.clone().tolerance(0.0),
+        shooting.clone().tolerance(1e3),
         shooting.clone().flow_tolerance(f64::NAN),
         shooting.clone().max_iterations(0),
     ] {

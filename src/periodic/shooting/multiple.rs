@@ -91,8 +91,8 @@ impl Shooting {
     pub fn segments(self, segments: usize) -> Self {
         Shooting { segments: Some(segments), ..self }
     }
-    /// Largest accepted last correction, as a share of the range of each coordinate and velocity `[1]`.
-    /// Default: 1e-12.
+    /// Largest accepted last correction, as a share of the range of each coordinate and velocity, in (0, 1)
+    /// `[1]`. Default: 1e-12.
     ///
     /// If the noise of the flow is larger, an orbit is also accepted when the corrections are below 1e-9 and
     /// no longer decrease. [`ShootingOrbit::accuracy`] returns the last correction.
@@ -239,7 +239,7 @@ impl Shooting {
         }
         check::count("period_multiple", &[self.period_multiple], MAX_COUNT)?;
         check::count("segments", &[segments], MAX_COUNT)?;
-        check::positive("tolerance", self.tolerance)?;
+        check::share("tolerance", self.tolerance)?;
         check::tolerance("flow_tolerance", self.flow_tolerance).map(drop)
     }
 }
