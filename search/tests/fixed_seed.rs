@@ -6,7 +6,7 @@ use search::checks::all;
 const SEED: u64 = 7;
 
 /// Numbers of cases, many of the fast checks. The slow ones run by the command of the crate alone.
-const CASES: [(&str, u64); 48] = [
+const CASES: [(&str, u64); 50] = [
     ("integrators-of-pairs", 10),
     ("integrators-of-stages", 4),
     ("integrators-of-chains", 3),
