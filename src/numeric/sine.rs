@@ -131,7 +131,7 @@ mod tests {
     /// The product of an angle of 26 bits and an order is exact.
     #[test]
     fn multiples_are_not_rounded() {
-        for i in -40_000..=40_000 {
+        for i in -40_000_i32..=40_000 {
             let (x, n) = (f64::from(i) * 24.998_71 + 1e-7, f64::from(1 + i.unsigned_abs() % 97));
             let high = f64::from_bits(x.to_bits() & !((1 << 27) - 1));
             let ((s, c), (small, one)) = (libm::sincos(n * high), libm::sincos(n * (x - high)));
